@@ -23,6 +23,15 @@ namespace dive::behaviors {
 [[nodiscard]] bool is_plausible(const DepthSample& sample);
 [[nodiscard]] bool is_plausible(const HealthSample& sample);
 
+/// Why a sensor counts as lost.
+enum class SensorLoss {
+  kSilent,        ///< No plausible sample for the failsafe's threshold.
+  kFrozen,        ///< One unchanged value for kFrozenSeconds.
+  kContradicted,  ///< A depth that does not change although the vehicle rises or sinks.
+};
+/// A working sensor's noise shows within this time, s.
+inline constexpr double kFrozenSeconds = 10.0;
+
 /// Limits of the mission.
 struct MonitorLimits {
   std::array<double, kFailsafeCount> threshold{};  ///< Indexed by FailsafeKind; FailsafeTraits.
@@ -76,6 +85,9 @@ class Monitors {
   [[nodiscard]] const HealthSample& health() const { return health_; }
   /// The sum by which the last update() decided on kWrongMap.
   [[nodiscard]] const MapAgreement& map_agreement() const { return map_agreement_; }
+  /// Causes of the last kImuLost and kDepthLost.
+  [[nodiscard]] SensorLoss imu_loss() const { return imu_loss_; }
+  [[nodiscard]] SensorLoss depth_loss() const { return depth_loss_; }
   [[nodiscard]] bool is_true(FailsafeKind kind) const {
     return conditions_[static_cast<std::size_t>(kind)];
   }
@@ -104,6 +116,8 @@ class Monitors {
   MonitorLimits limits_;
   FailsafeConditions conditions_{};
   Source imu_, depth_, power_;
+  SensorLoss imu_loss_ = SensorLoss::kSilent;
+  SensorLoss depth_loss_ = SensorLoss::kSilent;
   Eigen::Vector4d last_q_ = Eigen::Vector4d::Zero();
   double last_depth_m_ = 0.0;
   /// Height by the map plus depth, as that last changed, m.

@@ -32,7 +32,7 @@ class Retrace final : public Behavior {
   /// planned path can be followed. In a known environment, if by the map the vehicle is inside
   /// an obstacle, it first follows the trail slowly whatever the map shows on it: the map or the
   /// position is wrong, it has come that way, and the other way is up, against the overhead. Where
-  /// a scan shows an obstacle in its way it holds its place and tries again, for
+  /// a scan shows an obstacle in its way it holds station and tries again, for
   /// BlockedTrailOptions::hold_s.
   ///
   /// In an unknown environment (BlockedTrailOptions::wait_s) an obstacle on the trail may move, and

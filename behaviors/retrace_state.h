@@ -2,7 +2,7 @@
 // The states of a retrace, its events and all transitions between them. Data that only one state
 // needs are members of that state. README.md has the diagram.
 //
-// In every state: without attitude the vehicle holds its place. In Stopping, Levelling and Arrived
+// In every state: without attitude the vehicle holds station. In Stopping, Levelling and Arrived
 // it is done once it has stopped with open water above.
 
 #include <optional>

@@ -31,8 +31,8 @@ constexpr std::array<FaultWords, behaviors::kFailsafeCount> kFaultWords = {{
     {FailsafeKind::kMissionTimeout, "time limit of the mission"},
     {FailsafeKind::kLegTimeout, "a leg takes {:g} times its time"},
     {FailsafeKind::kStuck, "no progress for {:g} s"},
-    {FailsafeKind::kImuLost, "no attitude for {:g} s"},
-    {FailsafeKind::kDepthLost, "no depth for {:g} s"},
+    {FailsafeKind::kImuLost, "no attitude for {:g} s, or frozen"},
+    {FailsafeKind::kDepthLost, "no depth for {:g} s, or frozen"},
     {FailsafeKind::kHealthLost, "no battery and leak data for {:g} s"},
     {FailsafeKind::kRangeLost, "no range data for {:g} s"},
     {FailsafeKind::kEstimatorDiverged, "estimate off in depth by {:g} m"},
@@ -81,6 +81,7 @@ AbortRow row_of(const FailsafePolicy& policy, FailsafeKind kind) {
     return {{}, "straight up", "along its exit path to open water, then up"};
   }
   const std::string later = fmt::format("; after {:g} s", policy.escalate_s);
+  const std::string holds = "keeps depth and heading (a current carries it)";
   switch (policy.rung) {
     case Rung::kEmergencySurface:
       return {{}, "straight up", "straight up, against the overhead"};
@@ -91,9 +92,9 @@ AbortRow row_of(const FailsafePolicy& policy, FailsafeKind kind) {
           {}, "waits 1 min, then up", "back along its trail to open water, waits 1 min, then up"};
     case Rung::kHold:
       return {{},
-              "keeps its place" + later + " up",
-              kind == FailsafeKind::kRangeLost ? "keeps its place" + later + " back, then up"
-                                               : "keeps its place until it clears"};
+              holds + later + " up",
+              kind == FailsafeKind::kRangeLost ? holds + later + " back, then up"
+                                               : holds + " until it clears"};
     case Rung::kReplan:
       return {{}, "plans again" + later + " up", "plans again" + later + " back, then up"};
     case Rung::kWarn:

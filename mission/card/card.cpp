@@ -14,6 +14,7 @@
 #include "mission/card/checklist.h"
 #include "mission/report/html.h"
 #include "mission/report/sha256.h"
+#include "planning/certify/certify.h"
 
 namespace dive::mission {
 
@@ -60,20 +61,28 @@ std::string name_of(const CardLeg& leg) {
   return leg.state == leg.to ? leg.to : fmt::format("{} ({})", leg.to, leg.state);
 }
 
-std::string way_out_of(const LegExit& exit) {
+std::string exit_path_of(const LegExit& exit) {
   if (!exit.has_overhead) return fmt::format("up {}", clock_text(exit.longest_s));
   return fmt::format("back {:.0f} m, {}", std::ceil(exit.longest_m), clock_text(exit.longest_s));
 }
 
-std::string leg_row(const CardLeg& leg) {
+// Without a simulated world the paths in an unknown environment are not certified.
+std::string clearance_of(const CardLeg& leg, const Mission& mission) {
+  if (!has_simulation_map(mission)) return "\u2013";
+  const double cutoff = planning::CertifyOptions{}.cutoff;
+  return leg.clearance_m >= cutoff ? fmt::format("\u2265 {:g} m", cutoff)
+                                   : fmt::format("{:.2f} m", leg.clearance_m);
+}
+
+std::string leg_row(const CardLeg& leg, const Mission& mission) {
   const std::string margin =
       std::isfinite(leg.margin_sigma) ? fmt::format("{:.1f} \u03c3", leg.margin_sigma) : "\u2013";
   std::string row = "<tr>" + cell(numbers_of(leg)) + cell(name_of(leg));
   row += cell(fmt::format("{:.0f} m", leg.length_m), kNumber);
   row += cell(fmt::format("{:.1f} m", leg.max_depth_m), kNumber);
   row += cell(clock_text(leg.arrives_s), kNumber);
-  row += cell(fmt::format("{:.2f} m", leg.clearance_m), kNumber) + cell(margin, kNumber);
-  row += cell(way_out_of(leg.exit), kNumber);
+  row += cell(clearance_of(leg, mission), kNumber) + cell(margin, kNumber);
+  row += cell(exit_path_of(leg.exit), kNumber);
   row += cell(clock_text(leg.turn.latest_s), kTurn);
   row += cell(fmt::format("{:.0f} %", std::ceil(100.0 * leg.turn.least_charge)), kTurn);
   return row + "</tr>";
@@ -83,7 +92,7 @@ std::string thirds_of(const Budget& budget) {
   if (budget.budget_used_under_overhead <= 0.0) return "";
   return fmt::format(
       " Under the overhead {:.0f} % of the usable time or charge is used when the "
-      "way back begins (in <b>{}</b>).",
+      "return begins (in <b>{}</b>).",
       100.0 * budget.budget_used_under_overhead,
       escaped_html(cut_text(budget.worst_overhead_state, kMaxNameBytes)));
 }
@@ -96,12 +105,12 @@ std::string legs(const CardSource& source) {
       "<col style=\"width:7%\"></colgroup>"
       "<tr><th>Leg</th><th>to</th><th class=\"n\">Length</th><th class=\"n\">Depth</th>"
       "<th class=\"n\">Arrives</th><th class=\"n\">Clearance</th>"
-      "<th class=\"n\">Margin</th><th class=\"n\">Way out</th><th class=\"n\">TURN BY</th>"
+      "<th class=\"n\">Margin</th><th class=\"n\">Exit path</th><th class=\"n\">TURN BY</th>"
       "<th class=\"n\">or at</th></tr>";
-  for (const CardLeg& leg : card_legs(source.report)) html += leg_row(leg);
+  for (const CardLeg& leg : card_legs(source.report)) html += leg_row(leg, source.mission);
   html +=
-      "</table><p>No return after <b>TURN BY</b> or below that charge: the longest way out of "
-      "the leg then no longer fits the limits.";
+      "</table><p>No return after <b>TURN BY</b> or below that charge: the longest exit "
+      "path from the leg then no longer fits the limits.";
   return html + thirds_of(source.report.budget) + "</p>";
 }
 

@@ -21,12 +21,12 @@ std::string vertical(const Position& position) {
   return {};
 }
 
-// What the energy of the route and of the longest way out leave of a full battery is not known on
+// What the energy of the route and of the longest exit path leave of a full battery is not known on
 // deck; what must be in it is.
 std::string battery(const CheckReport& report) {
   const std::optional<TurningPoint> turn = report.budget.first_turning_point();
   const double least = turn ? turn->least_charge : 0.0;
-  return fmt::format("Battery full: the route takes {:.1f} Wh, and the way out begins at {:.0f} %",
+  return fmt::format("Battery full: the route takes {:.1f} Wh, and the return begins at {:.0f} %",
                      report.budget.energy_wh, std::ceil(100.0 * least));
 }
 

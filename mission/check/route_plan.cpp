@@ -9,6 +9,7 @@
 #include "common/assert.h"
 #include "common/clock.h"
 #include "mission/executive/behavior_factory.h"
+#include "planning/certify/certify.h"
 
 namespace dive::mission {
 namespace {
@@ -75,6 +76,11 @@ std::vector<PlannedRouteLeg> plan_route(const Route& route, const Mission& missi
     if (planned) planned(legs.size());
   }
   return legs;
+}
+
+std::string certified_text(double clearance_m, int decimals) {
+  const bool is_cut_off = clearance_m >= planning::CertifyOptions{}.cutoff;
+  return fmt::format("{}{:.{}f} m", is_cut_off ? "at least " : "", clearance_m, decimals);
 }
 
 void report_failed_plans(const Route& route, const std::vector<PlannedRouteLeg>& legs,

@@ -61,6 +61,9 @@ using RouteObserver = std::function<void(std::size_t legs)>;
                                                       std::uint64_t seed,
                                                       const RouteObserver& planned = nullptr);
 
+/// "1.26 m", or "at least 5.00 m" for a clearance at the certifier's cutoff.
+[[nodiscard]] std::string certified_text(double clearance_m, int decimals = 2);
+
 /// Reports legs without an accepted path (CHK-PLAN).
 void report_failed_plans(const Route& route, const std::vector<PlannedRouteLeg>& legs,
                          const Mission& mission, Diagnostics& diagnostics);

@@ -126,10 +126,9 @@ bool is_verified(const RunArguments& arguments, const OpenedBundle& opened, cons
   const double took_ms = 1e3 * to_seconds(clock.now() - begun);
   note(fmt::format("dive: {}: verified: {} plan(s) certified again in {:.0f} ms, made by dive {}{}",
                    arguments.mission, proof->legs, took_ms, opened.bundle.header.version,
-                   opened.is_authentic ? ", signed with this key" : ""));
-  if (opened.is_signed && !opened.is_authentic) {
-    note(fmt::format("dive: {}: it is signed, but without --key nothing shows by whom",
-                     arguments.mission));
+                   opened.is_authentic ? ", code made with this key" : ""));
+  if (opened.has_code && !opened.is_authentic) {
+    note(fmt::format("dive: {}: it has a code, which only --key can verify", arguments.mission));
   }
   return true;
 }
@@ -211,6 +210,30 @@ std::optional<LoadedMission> load_dive(const RunArguments& arguments,
                     arguments.mission));
   }
   return loaded;
+}
+
+std::optional<SupervisedDive> load_supervised(const SuperviseArguments& arguments,
+                                              const std::optional<link::Key>& key,
+                                              Diagnostics& diagnostics) {
+  const std::string& path = arguments.mission;
+  if (kind_of_file(path) != FileKind::kBundle) {
+    std::optional<LoadedMission> loaded =
+        load(path, resources(arguments.allow_outside), diagnostics, arguments.vehicle);
+    if (!loaded) return std::nullopt;
+    return SupervisedDive{std::move(loaded->mission), std::move(loaded->world),
+                          loaded->model.motion};
+  }
+  const std::optional<OpenedBundle> opened = open_bundle(path, key, diagnostics);
+  if (!opened) return std::nullopt;
+  std::optional<BundledDive> dive = dive_of(*opened, path, diagnostics);
+  if (!dive) return std::nullopt;
+  MotionModel motion = dive->model.motion;
+  if (!arguments.vehicle.empty()) {
+    const std::optional<LoadedVehicle> here = load_vehicle(arguments.vehicle, diagnostics);
+    if (!here) return std::nullopt;
+    motion = here->model.motion;
+  }
+  return SupervisedDive{std::move(dive->mission), std::move(dive->world), motion};
 }
 
 std::optional<Mission> load_mission_or_bundle(const std::string& path, Diagnostics& diagnostics) {

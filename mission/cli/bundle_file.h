@@ -1,11 +1,12 @@
 #pragma once
-// Verified bundles as files of `dive check` and `dive run` (mission/bundle/).
+// Verified bundles as files of `dive check`, `dive run` and `dive supervise` (mission/bundle/).
 
 #include <optional>
 
 #include <tl/expected.hpp>
 
 #include "common/diagnostic.h"
+#include "common/motion_model.h"
 #include "mission/check/check.h"
 #include "mission/cli/commands.h"
 #include "mission/cli/loading.h"
@@ -31,6 +32,19 @@ namespace dive::mission {
 [[nodiscard]] std::optional<LoadedMission> load_dive(const RunArguments& arguments,
                                                      const std::optional<link::Key>& key,
                                                      Diagnostics& diagnostics);
+
+/// What the supervisor of a dive needs of it.
+struct SupervisedDive {
+  Mission mission;
+  planning::World world;  ///< As LoadedMission::world.
+  MotionModel motion;     ///< Of the vehicle of `--vehicle`, else the bundle's, else the Aqua2.
+};
+
+/// Loads the mission or the bundle that a supervisor is given. Errors: those of load_dive() with
+/// `--unchecked`.
+[[nodiscard]] std::optional<SupervisedDive> load_supervised(const SuperviseArguments& arguments,
+                                                            const std::optional<link::Key>& key,
+                                                            Diagnostics& diagnostics);
 
 /// The mission of a file or of a bundle, for commands that need neither map nor vehicle. Errors:
 /// FILE-KIND, BUNDLE-DAMAGED, BUNDLE-CONTENT, and those of load_mission().

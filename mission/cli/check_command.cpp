@@ -17,6 +17,7 @@
 #include "mission/cli/loading.h"
 #include "mission/cli/mesh_report.h"
 #include "mission/cli/output.h"
+#include "mission/cli/plan_legs.h"
 #include "mission/cli/terminal.h"
 #include "mission/import/foreign_mission.h"
 #include "mission/simulation/simulated_conditions.h"
@@ -59,21 +60,23 @@ void print_progress(const CheckReport& report) {
                   goal, least->elapsed_s));
 }
 
-void print_report(const CheckReport& report) {
+void print_report(const CheckReport& report, bool has_world) {
   for (const PlannedRouteLeg& leg : report.legs) {
     const std::string margin = std::isfinite(leg.margin.margin_sigma)
                                    ? fmt::format(", margin {:.1f} sigma at {}",
                                                  leg.margin.margin_sigma, leg.margin.obstacle_name)
                                    : "";
-    print(
-        fmt::format("  plan   {:<12} {:6.1f} m, certified {:.2f} m, {:.1f} ms, {} warm start(s){}",
-                    leg.goal, leg.plan.length_m, leg.plan.clearance_m, leg.statistics.total_ms,
-                    leg.plan.warm_starts, margin));
+    const std::string clearance = has_world ? "certified " + certified_text(leg.plan.clearance_m)
+                                            : fmt::format("straight line, {}", kNotCertified);
+    print(fmt::format("  plan   {:<12} {:6.1f} m, {}, {:.1f} ms, {} warm start(s){}", leg.goal,
+                      leg.plan.length_m, clearance, leg.statistics.total_ms, leg.plan.warm_starts,
+                      margin));
   }
   print_progress(report);
-  print(fmt::format("  abort  longest exit path {:.1f} m and {:.0f} s (in {}), certified {:.2f} m",
-                    report.exit_path.longest_m, report.exit_path.longest_s, report.exit_path.state,
-                    report.exit_path.clearance_m));
+  print(fmt::format(
+      "  abort  longest exit path {:.1f} m and {:.0f} s (in {}), {}", report.exit_path.longest_m,
+      report.exit_path.longest_s, report.exit_path.state,
+      has_world ? "certified " + certified_text(report.exit_path.clearance_m) : kNotCertified));
   const Budget& budget = report.budget;
   print(fmt::format("  budget {:.1f} m, {:.0f} s, {:.1f} Wh; at worst {:.0f} s and {:.1f} Wh",
                     budget.distance_m, budget.duration_s, budget.energy_wh, budget.worst_duration_s,
@@ -84,8 +87,8 @@ void print_report(const CheckReport& report) {
   }
   if (budget.budget_used_under_overhead > 0.0) {
     print(
-        fmt::format("  thirds {:.0f} % of the usable time or charge spent under the overhead "
-                    "before the way back begins (in {})",
+        fmt::format("  thirds {:.0f} % of the usable time or charge used under the overhead "
+                    "before the return begins (in {})",
                     100.0 * budget.budget_used_under_overhead, budget.worst_overhead_state));
   }
   if (report.dive) {
@@ -143,11 +146,11 @@ void print_result(const CheckArguments& arguments, const std::optional<LoadedMis
   print_diagnostics(diagnostics);
   if (diagnostics.ok()) {
     print(fmt::format("{}: ok", arguments.mission));
-    print_report(report);
+    print_report(report, has_simulation_map(loaded->mission));
     if (!arguments.card.empty()) print(fmt::format("  card   {}", arguments.card));
     if (!arguments.bundle.empty()) {
       print(fmt::format("  bundle {}{}", arguments.bundle,
-                        arguments.key.empty() ? "" : ", signed with " + arguments.key));
+                        arguments.key.empty() ? "" : ", code made with " + arguments.key));
     }
   } else {
     print(fmt::format("{}: not ready to dive", arguments.mission));
@@ -195,7 +198,7 @@ int run_check(const CheckArguments& arguments) {
     return kExitUsage;
   }
   if (!arguments.key.empty() && arguments.bundle.empty()) {
-    complain("--key signs the bundle: give --bundle FILE as well");
+    complain("--key makes the code of a bundle: give --bundle FILE as well");
     return kExitUsage;
   }
   const tl::expected<std::optional<link::Key>, int> key = key_of(arguments.key);

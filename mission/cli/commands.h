@@ -9,6 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "common/operator_command.h"
+#include "vehicle/command_timing.h"
+
 namespace dive::mission {
 
 enum ExitStatus : int {
@@ -36,7 +39,7 @@ struct CheckArguments {
   bool allow_outside = false;           ///< Read meshes outside of the map's folder.
   std::string card;                     ///< The dive card (HTML); empty: none.
   std::string bundle;                   ///< The verified bundle; empty: none.
-  std::string key;                      ///< File of the key that signs it; empty: not signed.
+  std::string key;                      ///< Key file for the bundle's code; empty: no code.
   bool force = false;                   ///< Replace results that exist.
 };
 
@@ -82,7 +85,7 @@ struct RunArguments {
   double leak_at_s = -1.0;
   std::vector<std::string> faults;      ///< NAME@SECONDS
   std::vector<std::string> conditions;  ///< NAME=VALUE
-  std::string diver;                    ///< SECONDS:X,Y,Z:X,Y,Z...
+  std::string diver;                    ///< SECONDS:X,Y,Z[:X,Y,Z...]
   LinkArguments link;                   ///< No URL: the built-in simulator.
   std::string cameras;  ///< Folder of the cameras' calibration; empty: the simulated cameras.
   bool stats = false;   ///< Print the timing of the control loop.
@@ -111,7 +114,8 @@ struct SimArguments {
 
 struct SuperviseArguments {
   std::string mission;  ///< A mission, or a verified bundle; empty: no position fixes.
-  double command_timeout_s = 1.0;
+  std::string vehicle;  ///< Description of the vehicle; empty: the bundle's, or the Aqua2's.
+  double command_timeout_s = to_seconds(vehicle::kCommandTimeout);
   bool allow_outside = false;  ///< Read meshes outside of the map's folder.
   bool json = false;
   LinkArguments link;
@@ -141,7 +145,7 @@ struct KeyArguments {
 };
 
 struct TopsideArguments {
-  std::string command;  ///< abort, pause, resume, skip or status
+  std::optional<OperatorCommand> command;  ///< Empty: status.
   double timeout_s = 5.0;
   bool json = false;
   LinkArguments link;

@@ -1,8 +1,10 @@
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
 
 #include "estimation/dataset/bag/bag_preset.h"
 #include "mission/check/dive_series.h"
 #include "mission/cli/options.h"
+#include "vehicle/speed_range.h"
 
 namespace dive::mission {
 namespace {
@@ -18,7 +20,9 @@ void add_check_results(CLI::App* command, CheckArguments& arguments) {
                    "Write the verified bundle of a mission that is ready: one file with mission, "
                    "maps, vehicle, plans and the result of the check, for dive run")
       ->type_name("FILE");
-  command->add_option("--key", arguments.key, "Sign the bundle with this key (dive key makes one)")
+  command
+      ->add_option("--key", arguments.key,
+                   "Add a code to the bundle, made with this key (dive key makes a key)")
       ->type_name("FILE");
 }
 
@@ -33,7 +37,7 @@ void add_bag_options(CLI::App* command, EstimateArguments& arguments) {
   for (const auto& preset : estimation::bag_presets()) presets.push_back(preset.name);
   command
       ->add_option("--preset", arguments.preset,
-                   "Topics of a published data set: euroc, tum-vi, aqualoc, ntnu-underwater, afrl")
+                   fmt::format("Topics of a published data set: {}", fmt::join(presets, ", ")))
       ->type_name("NAME")
       ->check(CLI::IsMember(presets));
   command
@@ -234,7 +238,7 @@ void add_import(CLI::App& app, ImportArguments& arguments) {
                    "Speed, m/s (default: the slowest leg's, or 0.4 if the aqua2 cannot swim that); "
                    "timeouts are scaled by the same ratio")
       ->type_name("M/S")
-      ->check(CLI::Range(0.1, 0.8).description(""));
+      ->check(CLI::Range(vehicle::kMinSpeed, vehicle::kMaxSpeed).description(""));
   command
       ->add_option("--seabed", arguments.seabed_m,
                    "Depth of the seabed, m (default: 5 m below the deepest leg)")
@@ -270,7 +274,7 @@ void add_diff(CLI::App& app, DiffArguments& arguments) {
   CLI::App* command = app.add_subcommand(
       "diff",
       "Examples:\n"
-      "  dive diff missions/window.xml window-changed.xml   legs, budgets and verdicts\n"
+      "  dive diff missions/window.xml window-changed.xml   legs, budgets and results\n"
       "  dive diff window.xml window.bundle                 is this what was checked?\n"
       "  dive diff dive-runs/window-seed1.lcmlog dive-runs/window-seed2.lcmlog\n"
       "  dive diff before.json after.json                   of dive plan --json\n\n"

@@ -116,7 +116,7 @@ void print_comparison(const PlanComparison& comparison) {
   }
   if (!comparison.budget.empty()) print("budget");
   for (const Quantity& each : comparison.budget) print_quantity(each, "    ");
-  print_differences("verdict", comparison.findings);
+  print_differences("results", comparison.findings);
 }
 
 Json to_json(const std::vector<Difference>& differences) {

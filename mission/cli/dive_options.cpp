@@ -3,8 +3,10 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include "common/operator_command.h"
 #include "mission/cli/options.h"
 #include "vehicle/link/bus.h"
+#include "vehicle/simulator/water/named_waters.h"
 
 namespace dive::mission {
 namespace {
@@ -49,8 +51,8 @@ void add_simulated_dive(CLI::App* command, RunArguments& arguments) {
       ->type_name("DIR");
   command
       ->add_option("--simulated-water", arguments.simulated_water,
-                   "Simulated water type (default: the mission's): clear_pool, coastal_sea, "
-                   "green_lake, dark_wreck")
+                   fmt::format("Simulated water type (default: the mission's): {}",
+                               fmt::join(vehicle::water_names(), ", ")))
       ->type_name("NAME");
   command->add_option("--set", arguments.conditions, kConditionsHelp)
       ->type_name("NAME=VALUE")
@@ -63,10 +65,8 @@ void add_simulated_dive(CLI::App* command, RunArguments& arguments) {
                    "Inject a fault at a time, e.g. imu_silent@30 (repeatable)")
       ->type_name("NAME@SECONDS")
       ->allow_extra_args(false);
-  command
-      ->add_option("--diver", arguments.diver,
-                   "Add a diver: start time and positions to swim to in turn")
-      ->type_name("SECONDS:X,Y,Z:X,Y,Z...");
+  command->add_option("--diver", arguments.diver, "Add a diver: start time and positions in turn")
+      ->type_name("SECONDS:X,Y,Z[:X,Y,Z...]");
 }
 
 /// Options of run that apply to a vehicle over LCM alone.
@@ -94,11 +94,12 @@ struct TopsideHelp {
   const char* sentence;
 };
 constexpr TopsideHelp kTopside[] = {
-    {"abort",
+    {to_string(OperatorCommand::kAbort),
      "Aborts the dive: the vehicle surfaces, under an overhead back along its trail first."},
-    {"pause", "Pauses the dive: the vehicle keeps its place until resume."},
-    {"resume", "Continues a paused dive."},
-    {"skip", "Skips the present goal and continues with the next."},
+    {to_string(OperatorCommand::kPause),
+     "Pauses the dive: the vehicle stops and keeps depth and heading until resume."},
+    {to_string(OperatorCommand::kResume), "Continues a paused dive."},
+    {to_string(OperatorCommand::kSkip), "Skips the present goal and continues with the next."},
     {"status", "Shows the status of a dive."}};
 
 }  // namespace
@@ -174,8 +175,9 @@ void add_sim(CLI::App& app, SimArguments& arguments) {
                     "Send the scans of a range camera (default if the mission needs them)");
   command
       ->add_option("--simulated-water", arguments.simulated_water,
-                   "Send images of the front cameras in this water type (default: the mission's): "
-                   "clear_pool, coastal_sea, green_lake, dark_wreck")
+                   fmt::format("Send images of the front cameras in this water type (default: the "
+                               "mission's): {}",
+                               fmt::join(vehicle::water_names(), ", ")))
       ->type_name("NAME");
   command
       ->add_option("--write-calibration", arguments.calibration,
@@ -229,6 +231,11 @@ void add_supervise(CLI::App& app, SuperviseArguments& arguments) {
                    "Mission file (XML), or the bundle that dive check --bundle made of it")
       ->type_name("FILE");
   command
+      ->add_option("--vehicle", arguments.vehicle,
+                   "Description of the vehicle (URDF), as for dive run (default: the bundle's, or "
+                   "else the Aqua2's)")
+      ->type_name("FILE");
+  command
       ->add_option("--command-timeout", arguments.command_timeout_s,
                    "Hold the vehicle after so long without a command (default: 1)")
       ->type_name("SECONDS")
@@ -254,7 +261,7 @@ void add_topside(CLI::App& app, TopsideArguments& arguments) {
     add_url(command, arguments.link);
     add_key(command, arguments.link);
     command->add_flag("--json", arguments.json, kJsonHelp);
-    command->callback([&arguments, word] { arguments.command = word; });
+    command->callback([&arguments, word] { arguments.command = find_operator_command(word); });
   }
 }
 

@@ -43,16 +43,16 @@ void print_imu(const Recording& recording) {
       imu.gaps == 0 ? "no gaps"
                     : fmt::format("gaps {}, the longest of {:.3f} s", imu.gaps, imu.longest_gap_s);
   const std::string rest = list_of({{static_cast<long>(imu.saturated), "saturated"},
-                                    {static_cast<long>(recording.imu_origin.refused), "ignored"}});
+                                    {static_cast<long>(recording.imu_origin.refused), "refused"}});
   print(fmt::format("  IMU      {} samples, {}{}{}", recording.imu.size(), gaps,
                     rest.empty() ? "" : ", ", rest));
 }
 
-void print_samples(const char* what, std::size_t samples, std::size_t ignored,
+void print_samples(const char* what, std::size_t samples, std::size_t refused,
                    std::int64_t rejected) {
-  if (samples + ignored == 0) return;
+  if (samples + refused == 0) return;
   const std::string rest =
-      list_of({{static_cast<long>(ignored), "ignored"}, {rejected, "rejected by the filter"}});
+      list_of({{static_cast<long>(refused), "refused"}, {rejected, "rejected by the filter"}});
   print(fmt::format("  {:<9}{} samples{}{}", what, samples, rest.empty() ? "" : ", ", rest));
 }
 

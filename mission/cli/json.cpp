@@ -193,7 +193,7 @@ Json times_of(const CheckReport& report, std::size_t leg) {
   return json;
 }
 
-// The longest way out from a leg, and when it must begin at the latest.
+// The longest exit path from a leg, and when it must begin at the latest.
 Json way_out_of(const CheckReport& report, std::size_t leg) {
   if (leg >= report.budget.turning_points.size()) return nullptr;
   const LegExit& exit = report.exit_path.legs[leg];

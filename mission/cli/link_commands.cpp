@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "common/priority.h"
 #include "common/xml.h"
 #include "mission/cli/bundle_file.h"
 #include "mission/cli/commands.h"
@@ -39,11 +38,13 @@ std::atomic<bool> interrupted = false;
 void interrupt(int /*signal*/) { interrupted = true; }
 
 /// Two numbers of s, `first`@`at`; prints an error and returns nothing if they are none.
+/// `expected` names and shows their form.
 struct TimedValue {
   double first = 0.0;
   double at_s = 0.0;
 };
-std::optional<TimedValue> parse_timed(const std::string& written, const char* what) {
+std::optional<TimedValue> parse_timed(const char* option, const std::string& written,
+                                      const char* expected) {
   const std::size_t at = written.find('@');
   const std::optional<double> first = parse_number(written.substr(0, at));
   const std::optional<double> at_s =
@@ -52,19 +53,21 @@ std::optional<TimedValue> parse_timed(const std::string& written, const char* wh
   if (first && at_s && std::abs(*first) <= kMax && *at_s >= 0.0 && *at_s <= kMax) {
     return TimedValue{*first, *at_s};
   }
-  complain(fmt::format("'{}' is no {}: write SECONDS@SECONDS, e.g. 3600@20", written, what));
+  complain(fmt::format("{} {}: expected {}", option, written, expected));
   return std::nullopt;
 }
 
 /// False if a disturbance of the link cannot be read, which is printed.
 bool parse_disturbances(const SimArguments& arguments, VehicleSettings& settings) {
   if (!arguments.clock_jump.empty()) {
-    const auto jump = parse_timed(arguments.clock_jump, "jump of a clock");
+    const auto jump =
+        parse_timed("--clock-jump", arguments.clock_jump, "BY@SECONDS, e.g. -3600@20");
     if (!jump) return false;
     settings.clock_jump = ClockJump{jump->at_s, jump->first};
   }
   if (arguments.driver_restart.empty()) return true;
-  const auto restart = parse_timed(arguments.driver_restart, "restart of the driver");
+  const auto restart =
+      parse_timed("--driver-restart", arguments.driver_restart, "AWAY@SECONDS, e.g. 2@30");
   if (!restart) return false;
   if (restart->first < 0.0 || settings.lockstep) {
     complain(settings.lockstep ? "--driver-restart: in lock-step the vehicle waits for commands: "
@@ -97,9 +100,8 @@ std::optional<Place> place_of_mission(const std::string& path, planning::Resourc
   }
   if (!has_simulation_map(loaded->mission)) {
     complain(
-        fmt::format("{}: its water is unknown, and nothing says what to rehearse it in: write "
-                    "simulation_map=\"maps/NAME.sdf\" at its map, or lay the vehicle into a map "
-                    "with --start and "
+        fmt::format("{}: the environment is unknown and no simulated world is given: write "
+                    "simulation_map=\"maps/NAME.sdf\" at <map>, or give a map with --start POSE "
                     "--range-camera",
                     path));
     return std::nullopt;
@@ -251,23 +253,28 @@ int write_calibration(const SimArguments& arguments, const VehicleSettings& sett
   return kExitSuccess;
 }
 
-/// False if the mission cannot be read, which is printed. Without a mission, and with one that uses
-/// no fixes of a range camera, the settings get no map.
-bool set_map(const SuperviseArguments& arguments, SupervisorSettings& settings) {
-  if (arguments.mission.empty()) return true;
+/// Without a mission. False if the vehicle cannot be read, which is printed.
+bool set_motion(const SuperviseArguments& arguments, SupervisorSettings& settings) {
+  Diagnostics diagnostics;
+  const std::optional<LoadedVehicle> vehicle = load_vehicle(arguments.vehicle, diagnostics);
+  if (vehicle) settings.motion = vehicle->model.motion;
+  if (!vehicle) print_diagnostics(diagnostics);
+  return vehicle.has_value();
+}
+
+/// False if mission or vehicle cannot be read, which is printed. With a mission that uses no fixes
+/// of a range camera, the settings get no map.
+bool set_motion_and_map(const SuperviseArguments& arguments, SupervisorSettings& settings) {
   const tl::expected<std::optional<link::Key>, int> key = key_of(arguments.link.key);
   if (!key) return false;
-  RunArguments run;
-  run.mission = arguments.mission;
-  run.unchecked = true;  // it uses no plans
-  run.allow_outside = arguments.allow_outside;
   Diagnostics diagnostics;
-  const std::optional<LoadedMission> loaded = load_dive(run, *key, diagnostics);
-  if (!loaded) {
+  const std::optional<SupervisedDive> dive = load_supervised(arguments, *key, diagnostics);
+  if (!dive) {
     print_diagnostics(diagnostics);
     return false;
   }
-  const Mission& mission = loaded->mission;
+  settings.motion = dive->motion;
+  const Mission& mission = dive->mission;
   if (!uses_map_fixes(mission) || maps_with_stereo(mission)) {
     note(
         fmt::format("dive: {}: it takes no position fixes from a range camera: the exit path will "
@@ -275,12 +282,11 @@ bool set_map(const SuperviseArguments& arguments, SupervisorSettings& settings) 
                     arguments.mission));
     return true;
   }
-  settings.motion = loaded->model.motion;
   settings.map.emplace();
-  settings.map->surface = std::make_shared<const planning::MapSurface>(loaded->world);
-  settings.map->digest = planning::world_digest(loaded->world);
+  settings.map->surface = std::make_shared<const planning::MapSurface>(dive->world);
+  settings.map->digest = planning::world_digest(dive->world);
   settings.map->noise = mapper_options(mission, {}).noise;
-  settings.map->fixes = map_fix_options(mission, loaded->model.motion);
+  settings.map->fixes = map_fix_options(mission, dive->motion);
   return true;
 }
 
@@ -330,11 +336,12 @@ int run_sim(const SimArguments& arguments) {
 }
 
 int run_supervise(const SuperviseArguments& arguments) {
-  if (!set_realtime_priority())
-    note("dive: not permitted to run before other processes (root, or rtprio)");
+  request_realtime_priority();
   SupervisorSettings settings;
   settings.command_timeout_s = arguments.command_timeout_s;
-  if (!set_map(arguments, settings)) return kExitUsage;
+  const bool is_set = arguments.mission.empty() ? set_motion(arguments, settings)
+                                                : set_motion_and_map(arguments, settings);
+  if (!is_set) return kExitUsage;
   std::optional<link::Bus> bus = open_link(arguments.link, link::Role::kSupervisor);
   if (!bus) return kExitUsage;
   FastClock clock(arguments.link.time_factor);
@@ -364,24 +371,19 @@ int run_topside(const TopsideArguments& arguments) {
   std::optional<link::Bus> bus = open_link(arguments.link, link::Role::kTopside);
   if (!bus) return kExitUsage;
   SteadyClock clock;
-  if (arguments.command == "status") return print_status(*bus, clock, arguments);
-  OperatorCommand command = OperatorCommand::kAbort;
-  for (std::size_t i = 0; i < kOperatorCommandNames.size(); ++i) {
-    if (arguments.command == kOperatorCommandNames[i]) command = static_cast<OperatorCommand>(i);
-  }
+  if (!arguments.command) return print_status(*bus, clock, arguments);
   const tl::expected<link::RequestResult, std::string> result =
-      ask(command, *bus, clock, arguments.timeout_s);
+      ask(*arguments.command, *bus, clock, arguments.timeout_s);
   if (!result) {
     complain(result.error());
     return kExitFailed;
   }
   const bool accepted = *result == link::RequestResult::kAccepted;
+  const char* const command = to_string(*arguments.command);
   if (arguments.json) {
-    print_json({{"command", arguments.command},
-                {"accepted", accepted},
-                {"result", link::describe(*result)}});
+    print_json({{"command", command}, {"accepted", accepted}, {"result", link::describe(*result)}});
   } else {
-    print(fmt::format("{}: {}", arguments.command, link::describe(*result)));
+    print(fmt::format("{}: {}", command, link::describe(*result)));
   }
   return accepted ? kExitSuccess : kExitFailed;
 }

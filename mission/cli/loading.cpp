@@ -148,7 +148,7 @@ std::optional<LogReader> open_log(const std::string& path) {
   }
   tl::expected<LogReader, std::string> log = LogReader::open(path);
   if (log) return std::move(*log);
-  complain(fmt::format("{}: {}", path, log.error()));
+  complain(log.error());
   return std::nullopt;
 }
 
@@ -246,7 +246,7 @@ std::optional<vehicle::DiverTrack> parse_diver(const std::string& written) {
   const bool is_whole = start && track.waypoints.size() + 1 == parts.size();
   const std::string problem = is_whole ? track.validate() : "";
   if (is_whole && problem.empty()) return track;
-  complain(fmt::format("--diver {}: expected SECONDS:X,Y,Z:X,Y,Z...{}{}", written,
+  complain(fmt::format("--diver {}: expected SECONDS:X,Y,Z[:X,Y,Z...]{}{}", written,
                        problem.empty() ? "" : "; ", problem));
   return std::nullopt;
 }

@@ -83,7 +83,7 @@ struct WrittenPose {
   bool has_attitude = false;
 };
 
-/// A diver who swims between the given positions from the given time: "SECONDS:X,Y,Z:X,Y,Z...";
+/// A diver who swims between the given positions from the given time: "SECONDS:X,Y,Z[:X,Y,Z...]";
 /// prints an error if invalid.
 [[nodiscard]] std::optional<vehicle::DiverTrack> parse_diver(const std::string& written);
 

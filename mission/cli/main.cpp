@@ -101,7 +101,9 @@ int run_selected(const CLI::App& app, const Arguments& arguments) {
   if (app.got_subcommand("sim")) return run_sim(arguments.sim);
   if (app.got_subcommand("supervise")) return run_supervise(arguments.supervise);
   if (app.got_subcommand("key")) return run_key(arguments.key);
-  if (!arguments.topside.command.empty()) return run_topside(arguments.topside);
+  if (arguments.topside.command || app.got_subcommand("status")) {
+    return run_topside(arguments.topside);
+  }
   if (app.got_subcommand("test")) {
     if (arguments.test.scenarios.empty() && !arguments.test.list_rules) {
       complain("test needs a scenario file, or a folder of them");

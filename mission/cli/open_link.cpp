@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "common/priority.h"
 #include "mission/cli/terminal.h"
 #include "vehicle/link/udpm_url.h"
 
@@ -42,6 +43,13 @@ std::optional<link::Bus> open_link(const LinkArguments& arguments, link::Role ro
   if (bus) return std::move(*bus);
   complain(bus.error());
   return std::nullopt;
+}
+
+void request_realtime_priority() {
+  if (set_realtime_priority()) return;
+  note(
+      "dive: no real-time priority: commands may be late when the computer is busy; set "
+      "LimitRTPRIO=50 in the unit (ulimit -r 50), or run as root");
 }
 
 }  // namespace dive::mission

@@ -33,13 +33,16 @@ constexpr double kAroundPath = 25.0;
 constexpr std::size_t kMaxVoxels = 200'000;  // maximum passed to a planner
 
 void print_plan(const std::string& name, const planning::PlanResult& plan,
-                const planning::PlannerStatistics& statistics) {
+                const planning::PlannerStatistics& statistics, bool has_world = true) {
   if (!planning::has_path(plan.status)) {
     print(fmt::format("{}: {}: {}", name, planning::to_string(plan.status), plan.reason));
     return;
   }
-  print(fmt::format("{}: {}{:.1f} m, certified clearance {:.3f} m, {} waypoints, {} warm start(s)",
-                    name, plan.reduced ? "reduced: " : "", plan.length_m, plan.clearance_m,
+  const std::string clearance = has_world
+                                    ? "certified clearance " + certified_text(plan.clearance_m, 3)
+                                    : fmt::format("straight line, {}", kNotCertified);
+  print(fmt::format("{}: {}{:.1f} m, {}, {} waypoints, {} warm start(s)", name,
+                    plan.reduced ? "reduced: " : "", plan.length_m, clearance,
                     plan.waypoints.size(), plan.warm_starts));
   if (plan.reduced) {
     const Eigen::Vector3d& p = plan.reduced->place_W;
@@ -87,7 +90,10 @@ int plan_mission(const PlanArguments& arguments) {
     print_json({{"plans", std::move(plans)}, {"meshes", meshes_json(loaded->world)}});
   } else {
     print_meshes(loaded->world);
-    for (const PlannedRouteLeg& leg : legs) print_plan(leg.goal, leg.plan, leg.statistics);
+    const bool has_world = has_simulation_map(loaded->mission);
+    for (const PlannedRouteLeg& leg : legs) {
+      print_plan(leg.goal, leg.plan, leg.statistics, has_world);
+    }
   }
   if (*svg) {
     const DiveDrawing drawing =

@@ -118,7 +118,11 @@ tl::expected<JournalWriter, int> continue_journal(const std::string& path,
   const tl::expected<Journal, std::string> journal = read_journal(path);
   if (!journal) return refuse(journal.error());
   if (journal->header.digest != log_digest(header)) {
-    return refuse(fmt::format("'{}' is of another mission, map or vehicle", path));
+    return refuse(
+        fmt::format("'{}': a dive of another mission, map or vehicle wrote this journal: give the "
+                    "mission, map and vehicle of that dive, or move the journal away to begin a "
+                    "new dive",
+                    path));
   }
   header.seed = journal->header.seed;
   header.resume = to_text(*journal);

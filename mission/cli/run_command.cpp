@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "common/priority.h"
 #include "estimation/dataset/asl_dataset.h"
 #include "estimation/dataset/dataset_run.h"
 #include "estimation/visual_inertial/pipeline/vision_pipeline.h"
@@ -55,6 +54,10 @@ void print_linked(const LinkedResult& result, const std::string& log, bool with_
   if (with_stats) {
     for (const std::string& line : describe(result.stats)) print("  " + line);
   }
+  for (const ServiceFailure& failure : result.service_failures) {
+    print(fmt::format("  an error in dive's own {} at {:.1f} s: {}; please report it with the log",
+                      failure.service, failure.time_s, failure.message));
+  }
   print("  log " + log);
 }
 
@@ -69,7 +72,7 @@ tl::expected<std::optional<std::string>, int> keep_map(const std::string& log,
   for (int number = newest_numbered(base) + 1;; ++number) {
     const std::string name = numbered(base, number);
     const tl::expected<void, OutputError> saved = planning::save_map(
-        name, map, points, "seen on a dive of " + loaded.mission.id + ", dive " DIVE_VERSION,
+        name, map, points, "observed on a dive of " + loaded.mission.id + ", dive " DIVE_VERSION,
         Existing::kRefuse);
     if (saved) return name + ".sdf";
     if (saved.error().kind == OutputError::Kind::kExists) continue;
@@ -266,13 +269,7 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded, Stop
     vision = read_vision(arguments.cameras);
     if (!vision || !serve(*vision, arguments, loaded)) return kExitUsage;
   }
-  // Set before the bus is created, because its own thread must not wait either.
-  const bool is_first = arguments.link.lockstep || set_realtime_priority();
-  if (!is_first) {
-    note(
-        "dive: not permitted to run before other processes: commands may come late under load "
-        "(run as root, or with an rtprio limit)");
-  }
+  if (!arguments.link.lockstep) request_realtime_priority();
   // The key is read before log and journal are opened, so that these cannot take its file.
   std::optional<link::Bus> bus = open_link(arguments.link, link::Role::kExecutive);
   if (!bus) return kExitUsage;
@@ -283,7 +280,7 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded, Stop
   settings.resume = recording->resume();
   settings.vision = vision;
   if (!bus->has_key()) {
-    note("dive: no --key: packets are not authenticated, and topside may abort, and nothing else");
+    note("dive: without --key packets are not authenticated: topside can only abort");
   }
   settings.local_abort = [&signals] { return signals.take(); };
   settings.has_journaled_commands = [&recording] { return recording->has_journaled_commands(); };
@@ -360,8 +357,8 @@ bool fit_mission(const RunArguments& arguments, const Mission& mission) {
   const bool is_linked = !arguments.link.url.empty();
   if (!is_linked && !has_simulation_map(mission)) {
     complain(
-        fmt::format("{}: its water is unknown, and nothing says what to rehearse it in: write "
-                    "simulation_map=\"maps/NAME.sdf\" at its map, or dive it with --lcm",
+        fmt::format("{}: the environment is unknown and no simulated world is given: write "
+                    "simulation_map=\"maps/NAME.sdf\" at <map>, or dive a vehicle with --lcm URL",
                     arguments.mission));
     return false;
   }

@@ -119,8 +119,8 @@ void read(Trial& trial, Missions& missions) {
   const LoadedMission& loaded = *trial.loaded;
   if (!has_simulation_map(loaded.mission)) {
     trial.diagnostics.error("SCN-MISSION", scenario.source, scenario.mission_file.span,
-                            "the mission's water is unknown and has no rehearsal to be dived in",
-                            "write simulation_map=\"maps/NAME.sdf\" at its map");
+                            "the mission has an unknown environment and no simulated world",
+                            "write simulation_map=\"maps/NAME.sdf\" at <map>");
     trial.loaded.reset();
     return;
   }
@@ -209,12 +209,13 @@ std::vector<std::string> complaints_of(const Trial& trial) {
                                 failed.actual));
   }
   for (const ExpectationResult& idle : trial.cannot_fail) {
-    lines.push_back(
-        fmt::format("{}: cannot fail, for turned round it holds as well: {}; actual: {}",
-                    at(trial, idle), idle.expected, idle.actual));
+    lines.push_back(fmt::format(
+        "{}: this expectation cannot fail: its negation passes too; expected {}; actual: {}",
+        at(trial, idle), idle.expected, idle.actual));
   }
   if (trial.insensitive) {
-    lines.push_back(trial.path + ": holds as well when its script does nothing");
+    lines.push_back(trial.path +
+                    ": passes with its script disabled: the expectations do not test the script");
   }
   if (!trial.problem.empty()) lines.push_back(trial.problem);
   return lines;
@@ -230,7 +231,7 @@ void print_trial(const Trial& trial, const TestArguments& arguments) {
   print(fmt::format("{:<7}  {:<34} {:6.1f} s  {:<8} {} expectation(s){}",
                     trial.passed() ? "ok" : "FAILED", trial.name(), dive.duration_s, dive.outcome,
                     trial.expectations,
-                    arguments.negate && trial.passed() ? ", each turned round fails" : ""));
+                    arguments.negate && trial.passed() ? ", each fails when negated" : ""));
   if (trial.passed()) return;
   if (!trial.scenario->description.empty()) print("  " + trial.scenario->description);
   for (const std::string& line : complaints_of(trial)) print("  " + line);

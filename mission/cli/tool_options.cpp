@@ -1,9 +1,19 @@
 #include <CLI/CLI.hpp>
+#include <fmt/format.h>
 
 #include "mission/cli/options.h"
 #include "mission/export/export_format.h"
 
 namespace dive::mission {
+namespace {
+
+std::string names_of(ExportKind kind) {
+  std::vector<const char*> names;
+  for (const ExportFormat format : formats_of(kind)) names.push_back(to_string(format));
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+}  // namespace
 
 void add_new(CLI::App& app, NewArguments& arguments) {
   CLI::App* command = app.add_subcommand(
@@ -34,15 +44,17 @@ void add_export(CLI::App& app, ExportArguments& arguments) {
       "  dive export dive-runs/window-seed1.lcmlog --format csv        the track as a table\n"
       "  dive export missions/maps/wreck.sdf --format ply              CloudCompare, ParaView\n"
       "  dive export plan.json --format csv                            the waypoints as a table\n\n"
-      "printed\n\n"
-      "Writes a mission with its plan, a plan, a log, a map or a point cloud for other tools.\n"
-      "Missions: geojson, kml, csv, ply, gltf; logs: these and mcap; plans: csv, ply, gltf; maps "
-      "and\n"
-      "clouds: ply, gltf. geojson and kml need the mission's <origin>.");
+      "Writes a mission with its plan, a plan, a log, a map or a point cloud for other tools.\n" +
+          fmt::format(
+              "Missions: {}; logs: {};\nplans: {}; maps and clouds: {}. geojson and kml need "
+              "the mission's <origin>.",
+              names_of(ExportKind::kMission), names_of(ExportKind::kLog),
+              names_of(ExportKind::kPlan), names_of(ExportKind::kMap)));
   command->add_option("FILE", arguments.file, "Mission, plan (JSON), log, map (SDF) or point cloud")
       ->type_name("FILE")
       ->required();
-  command->add_option("--format", arguments.format, "geojson, kml, csv, ply, gltf or mcap")
+  command
+      ->add_option("--format", arguments.format, fmt::format("{}", fmt::join(format_names(), ", ")))
       ->type_name("FORMAT")
       ->required()
       ->check(CLI::IsMember(format_names()));

@@ -25,7 +25,7 @@ constexpr Field kLegFields[] = {{"/length_m", "length", "m"},
                                 {"/clearance_m", "clearance", "m"},
                                 {"/margin_sigma", "margin", "sigma"},
                                 {"/arrives_s", "arrival", "s"},
-                                {"/way_out/duration_s", "way out", "s"},
+                                {"/way_out/duration_s", "exit path", "s"},
                                 {"/way_out/latest_s", "turn by", "s"}};
 constexpr Field kBudgetFields[] = {{"/budget/distance_m", "distance", "m"},
                                    {"/budget/duration_s", "duration", "s"},

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "common/declared_current.h"
+#include "common/source_text.h"
 #include "mission/document/file_beneath.h"
 #include "mission/document/source_place.h"
 
@@ -12,7 +13,6 @@ namespace dive::mission {
 namespace {
 
 constexpr std::string_view kHeader = "time,speed,towards_deg";
-constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 constexpr std::size_t kColumns = 3;
 constexpr int kMaxHours = 48;
 

@@ -262,7 +262,7 @@ class Expander {
     }
     for (const Scope* outer = &scope; outer != nullptr; outer = outer->outer) {
       if (outer->path != *path) continue;
-      error(scope, href.value_span, fmt::format("'{}' would include itself, for ever", href.value));
+      error(scope, href.value_span, fmt::format("'{}' includes itself", href.value));
       return std::nullopt;
     }
     return *path;

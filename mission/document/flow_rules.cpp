@@ -128,7 +128,7 @@ void machine_comes_to_rest(const Subject& subject, const Flow& flow) {
   const auto& id = subject.index.spec(static_cast<int>(first - moving.begin())).id;
   subject.error(
       "MIS-LIVELOCK", id.span,
-      fmt::format("transitions without event and condition lead from '{}' in a circle", id.value),
+      fmt::format("transitions without event and condition from '{}' form a cycle", id.value),
       "give one of them an event or a condition");
 }
 

@@ -41,14 +41,22 @@ std::string annotated(const XmlElement& declared, std::string_view part) {
   return text;
 }
 
+// A number of occurrences that the schema states, or else `otherwise`.
+int count_of(const std::string& occurs, int otherwise) {
+  return occurs.empty() || occurs == "unbounded" ? otherwise : std::stoi(occurs);
+}
+
 // `part` is the model group that contains the element.
 ChildRule child_rule(const XmlElement& element, const XmlElement& part, bool is_in_loop) {
   const std::string most = value_of(element, "maxOccurs");
-  const bool is_optional = value_of(element, "minOccurs") == "0" || part.name == "choice";
+  const std::string least = value_of(element, "minOccurs");
+  const bool is_optional = least == "0" || part.name == "choice";
   return {value_of(element, "name"),
           value_of(element, "type"),
           !is_optional,
           is_in_loop || (!most.empty() && most != "1"),
+          count_of(least, 1),
+          is_in_loop ? 0 : count_of(most, 0),
           annotated(element, "documentation"),
           annotated(element, "appinfo")};
 }
@@ -93,6 +101,13 @@ SchemaSource mission_schema() { return {"mission.xsd", kMissionXsd, "mission", k
 
 const AttributeRule* ElementRule::attribute(std::string_view name) const {
   for (const AttributeRule& candidate : attributes) {
+    if (candidate.name == name) return &candidate;
+  }
+  return nullptr;
+}
+
+const ChildRule* ElementRule::child(std::string_view name) const {
+  for (const ChildRule& candidate : child_list) {
     if (candidate.name == name) return &candidate;
   }
   return nullptr;

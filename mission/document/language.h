@@ -26,6 +26,8 @@ struct ChildRule {
   std::string type;
   bool is_required = false;
   bool may_repeat = false;
+  int min_count = 1;          ///< Least number in one parent, where it is required.
+  int max_count = 0;          ///< Largest number in one parent; 0 if the schema states none.
   std::string documentation;  ///< Its meaning, as one line of text.
   std::string example;        ///< As it may be written; may be empty.
 };
@@ -40,6 +42,8 @@ struct ElementRule {
   std::string text;  ///< Expected text, in words, of an element that contains only text.
 
   [[nodiscard]] const AttributeRule* attribute(std::string_view name) const;
+  /// Null where no such child is allowed.
+  [[nodiscard]] const ChildRule* child(std::string_view name) const;
   [[nodiscard]] std::vector<std::string> attribute_names() const;
   [[nodiscard]] std::vector<std::string> child_names() const;
 };

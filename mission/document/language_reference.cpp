@@ -95,7 +95,10 @@ std::string attribute_table(const ElementRule& rule) {
   return text + "\n";
 }
 
-const char* times(const ChildRule& child) {
+std::string times(const ChildRule& child) {
+  if (child.is_required && child.max_count > 1) {
+    return fmt::format("{} to {}", child.min_count, child.max_count);
+  }
   if (child.may_repeat) return child.is_required ? "once or more" : "any number";
   return child.is_required ? "once" : "at most once";
 }

@@ -208,7 +208,7 @@ struct Mission {
   /// In a known map: the world of simulated dives if it is not the map, as written and resolved.
   std::optional<Located<std::string>> simulation_map;
   std::string simulation_map_path;
-  std::string simulated_water = "coastal_sea";  ///< Optical water type in simulation.
+  std::string simulated_water;  ///< Optical water type in simulation.
   Located<EstimatorName> estimator;
   bool closes_loops = true;  ///< Loop closure of the visual-inertial estimator.
   std::vector<TagSpec> tags;

@@ -200,7 +200,7 @@ class SchemaCheck {
     xmlNode* parent = node->parent;
     if (is_first && is_known(node)) {
       if (!is_early(expected, node)) {
-        words_.misplaced_element(element_of(node), element_of(parent), expected);
+        words_.misplaced_element(element_of(node), element_of(parent), type_of(parent), expected);
       } else if (reported_.insert({parent, finding.code, {}}).second) {
         words_.missing_children(element_of(parent), type_of(parent), expected);
       }

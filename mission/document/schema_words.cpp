@@ -1,6 +1,7 @@
 #include "mission/document/schema_words.h"
 
 #include <algorithm>
+#include <cstddef>
 
 #include <fmt/format.h>
 
@@ -28,6 +29,10 @@ std::string hint_for_number(std::string_view value, std::string_view expected) {
   if (end == std::string_view::npos || end == 0) return {};
   const bool exponent = value[end] == 'e' || value[end] == 'E';
   return exponent ? "write the number without an exponent" : "write the number without its unit";
+}
+
+std::ptrdiff_t count_of(const XmlElement& parent, const std::string& name) {
+  return std::ranges::count(parent.children, name, &XmlElement::name);
 }
 
 std::string hint_for_root(const XmlElement& root, const SchemaSource& schema) {
@@ -82,7 +87,7 @@ std::optional<std::string> SchemaWords::unknown_element(const XmlElement& elemen
   if (element.namespace_uri != language_.source().namespace_uri) {
     hint = fmt::format("it is not in the namespace {}", language_.source().namespace_uri);
   } else if (!homes.empty()) {
-    hint = fmt::format("'{}' belongs into {}", element.name, fmt::join(homes, ", "));
+    hint = fmt::format("'{}' belongs in {}", element.name, fmt::join(homes, ", "));
   } else {
     meant = closest_match(element.name, allowed);
     if (meant) hint = fmt::format("did you mean '{}'?", *meant);
@@ -92,7 +97,16 @@ std::optional<std::string> SchemaWords::unknown_element(const XmlElement& elemen
 }
 
 void SchemaWords::misplaced_element(const XmlElement& element, const XmlElement& parent,
+                                    const std::string& parent_type,
                                     const std::vector<std::string>& expected) {
+  const ChildRule* rule = language_.type_rule(parent_type).child(element.name);
+  const std::ptrdiff_t count = count_of(parent, element.name);
+  if (rule != nullptr && rule->max_count > 1 && count > rule->max_count) {
+    diagnostics_.error("XSD-ELEMENT", source_, element.span,
+                       fmt::format("'{}' may have at most {} elements '{}', and has {}",
+                                   parent.name, rule->max_count, element.name, count));
+    return;
+  }
   const auto same = [&element](const XmlElement& other) { return other.name == element.name; };
   const auto first = std::find_if(parent.children.begin(), parent.children.end(), same);
   const bool repeated = first != parent.children.end() && &*first != &element;
@@ -116,6 +130,13 @@ void SchemaWords::missing_children(const XmlElement& element, const std::string&
     diagnostics_.error("XSD-MISSING-ELEMENT", source_, element.span,
                        fmt::format("'{}' needs {}", element.name, what));
   };
+  const auto needs_child = [&](const std::string& name) {
+    const ChildRule* child = language_.type_rule(type).child(name);
+    const int least = child == nullptr ? 1 : child->min_count;
+    needs(least <= 1 ? fmt::format("an element '{}'", name)
+                     : fmt::format("at least {} elements '{}', and has {}", least, name,
+                                   count_of(element, name)));
+  };
   const std::vector<std::string>& required = language_.type_rule(type).required_children;
   if (!required.empty()) {
     // libxml2 lists ten of the elements that may come next, and no more.
@@ -125,13 +146,13 @@ void SchemaWords::missing_children(const XmlElement& element, const std::string&
     const bool any_listed = std::any_of(required.begin(), required.end(), is_listed);
     for (const std::string& name : required) {
       if (any_listed ? is_listed(name) : element.child(name) == nullptr) {
-        needs(fmt::format("an element '{}'", name));
+        needs_child(name);
       }
     }
   } else if (const auto& one_of = language_.type_rule(type).one_of; !one_of.empty()) {
     needs(fmt::format("at least one of {}", fmt::join(one_of, ", ")));
   } else if (expected.size() == 1) {
-    needs(fmt::format("an element '{}'", expected.front()));
+    needs_child(expected.front());
   } else {
     needs(fmt::format("at least one of {}", fmt::join(expected, ", ")));
   }

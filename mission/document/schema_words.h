@@ -24,7 +24,7 @@ class SchemaWords {
                                              const std::string& parent_type);
   /// A known element in the wrong place, or repeated too often; `expected` may stand there instead.
   void misplaced_element(const XmlElement& element, const XmlElement& parent,
-                         const std::vector<std::string>& expected);
+                         const std::string& parent_type, const std::vector<std::string>& expected);
   /// `expected` may stand where the element ends; one or several of these are required.
   void missing_children(const XmlElement& element, const std::string& type,
                         const std::vector<std::string>& expected);

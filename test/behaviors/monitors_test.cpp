@@ -191,6 +191,7 @@ TEST_F(MonitorsTest, AQuietSensorIsLostAndANanIsSilence) {
   EXPECT_EQ(what(), Only{});
   run(0.2);
   EXPECT_EQ(what(), Only{"depth_lost"});
+  EXPECT_EQ(monitors_.depth_loss(), SensorLoss::kSilent);
 
   depth_spoils_ = false;
   health_speaks_ = false;
@@ -289,6 +290,7 @@ TEST_F(MonitorsTest, AFrozenSensorIsLostWhileTheVehicleMoves) {
   EXPECT_EQ(what(), Only{});
   run(2.0);
   EXPECT_EQ(what(), Only{"depth_lost"});
+  EXPECT_EQ(monitors_.depth_loss(), SensorLoss::kFrozen);
 }
 
 // Half a second between two fixes. The map's height differs from the depth by a tide.
@@ -337,6 +339,7 @@ TEST_F(MonitorsTest, AFrozenDepthIsLostAlsoWhereItIsNearlyThatCommanded) {
   input_.expected_climb = 0.2;
   run(3.0);
   EXPECT_EQ(what(), Only{"depth_lost"});
+  EXPECT_EQ(monitors_.depth_loss(), SensorLoss::kContradicted);
 }
 
 TEST_F(MonitorsTest, SamplesFromThePastAreNotTaken) {

@@ -165,10 +165,10 @@ TEST(RecordingCheck, WarnsOfWhatMakesTheEstimateWorse) {
   expect_each(
       {{[](Recording& r) { r.imu[7].gyro_B.x() = 5000.0; },
         "imu0/data.csv:9: warning: an angular rate of 5000 rad/s; no IMU measures more than 100; "
-        "the sample is ignored"},
+        "the sample is refused"},
        {[](Recording& r) { r.imu[7].gyro_B.x() = r.imu[9].accel_B.y() = -1e300; },
         "imu0/data.csv:9: warning: an angular rate of 1e+300 rad/s; no IMU measures more than "
-        "100; it and 1 more such samples are ignored"},
+        "100; it and 1 more such samples are refused"},
        {[](Recording& r) { r.depth[3].depth_m = 101'325.0; },
         "depth0/data.csv:5: warning: a depth of 101325 m"},
        {[](Recording& r) { r.truth[4].X_WB.p.y() = 1e300; },
@@ -197,7 +197,7 @@ TEST(RecordingCheck, WarnsOfWhatMakesTheEstimateWorse) {
       {});
 }
 
-// What is ignored is not estimated from, and what remains keeps its lines.
+// What is refused is not estimated from, and what remains keeps its lines.
 TEST(RecordingCheck, RemovesWhatIsIgnored) {
   Recording recording = intact();
   recording.imu[7].gyro_B.x() = 5000.0;

@@ -148,6 +148,20 @@ TEST(Command, CheckPrintsOkWithTheKeysScriptsRelyOn) {
   }
 }
 
+TEST(Command, WithoutASimulatedWorldNoPathIsCertified) {
+  const std::string source = DIVE_SOURCE_DIR "/test/mission/accepted/unknown_environment.xml";
+  const std::string alone = "sed 's# simulation_map=\"[^\"]*\"##' '" + source + "' > alone.xml;";
+  const std::string words = "straight line, not certified (no simulated world)";
+  for (const char* line : {"check --static alone.xml", "plan alone.xml"}) {
+    const Ran ran = run_here(line, alone);
+    EXPECT_EQ(ran.status, 0) << ran.err;
+    EXPECT_THAT(ran.out, HasSubstr(words)) << line;
+  }
+  const Ran ran = run_here("run alone.xml", alone);
+  EXPECT_EQ(ran.status, 2);
+  EXPECT_THAT(ran.err, HasSubstr("no simulated world is given"));
+}
+
 TEST(Command, PlanIsTheSameForTheSameSeed) {
   const std::string arguments =
       "plan --json --attitude horizontal --clearance 1 --start -1,-2,-4 "

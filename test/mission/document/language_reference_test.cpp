@@ -3,11 +3,15 @@
 
 #include <algorithm>
 #include <set>
+#include <sstream>
 #include <string>
+#include <string_view>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "behaviors/failsafes.h"
 #include "common/xml.h"
 
 namespace dive::mission {
@@ -107,6 +111,43 @@ TEST(LanguageReference, ExamplesOfTheMissionLanguageAreValid) {
 TEST(LanguageReference, EveryAttributeOfTheMissionLanguageIsExplained) {
   const std::string page = language_reference(Language(mission_schema()));
   EXPECT_EQ(page.find("|  |\n"), std::string::npos) << "an empty meaning";
+}
+
+// The value for `name` where the text ends with "Absent: 60." or "Absent: leak 1, the others 0."
+std::string stated_default(const std::string& text, std::string_view name) {
+  constexpr std::string_view kBegin = "Absent: ";
+  const std::size_t begin = text.rfind(kBegin);
+  if (begin == std::string::npos || text.back() != '.') return {};
+  const std::size_t at = begin + kBegin.size();
+  std::istringstream list(text.substr(at, text.size() - 1 - at));
+  std::string value_of_others;
+  for (std::string entry; std::getline(list >> std::ws, entry, ',');) {
+    const std::size_t blank = entry.rfind(' ');
+    const std::string of = blank == std::string::npos ? "the others" : entry.substr(0, blank);
+    const std::string value = blank == std::string::npos ? entry : entry.substr(blank + 1);
+    if (of == name) return value;
+    if (of == "the others") value_of_others = value;
+  }
+  return value_of_others;
+}
+
+TEST(MissionSchema, StatesTheDefaultsOfEveryFailsafe) {
+  const Language language(mission_schema());
+  for (std::size_t i = 0; i < behaviors::kFailsafeCount; ++i) {
+    const auto& traits = behaviors::traits(static_cast<behaviors::FailsafeKind>(i));
+    if (!traits.in_missions) continue;
+    const ElementRule* rule = language.rule("Failsafes", traits.name);
+    ASSERT_NE(rule, nullptr) << traits.name;
+    const auto expect = [&](std::string_view attribute, double value) {
+      EXPECT_EQ(stated_default(rule->attribute(attribute)->documentation, traits.name),
+                fmt::format("{:g}", value))
+          << traits.name << " " << attribute;
+    };
+    expect("persistence", traits.policy.persistence_s);
+    expect("clear", traits.policy.clear_s);
+    const bool is_own = traits.kind != behaviors::FailsafeKind::kBattery;  // or of the limits
+    if (!traits.threshold_name.empty() && is_own) expect(traits.threshold_name, traits.threshold);
+  }
 }
 
 }  // namespace

@@ -56,8 +56,7 @@ Dived dive(const Loaded& loaded, DiveSettings settings) {
   const auto legs = plan_route(route, loaded.mission, loaded.world, kModel.hull, {}, 1);
   Dived dived;
   dived.budget_s =
-      make_budget(route, legs, loaded.mission, loaded.world, kModel.hull.radius(), {}, {})
-          .duration_s;
+      make_budget(route, legs, loaded.mission, loaded.world, kModel, {}, {}).duration_s;
   for (const RouteLeg& leg : route.legs) dived.nearest_m[leg.goal.id] = 1e9;
   dived.result = simulate_dive(
       loaded.mission, loaded.world, kModel, settings,
