@@ -57,7 +57,7 @@ TEST_F(Processes, InLockStepTheLogIsThatOfTheBuiltInSimulator) {
 }
 
 // The header of both logs names the bundle too. A mission file is dived with a warning.
-TEST_F(Processes, InLockStepASignedBundleIsDivedAsByTheBuiltInSimulator) {
+TEST_F(Processes, InLockStepABundleMadeWithTheKeyIsDivedAsByTheBuiltInSimulator) {
   ASSERT_EQ(Process({DIVE_COMMAND, "key", path("key")}, folder_, "key").wait(kLong), 0);
   const std::string bundle = path("pool2.bundle");
   Process check({DIVE_COMMAND, "check", "--static", mission("pool2"), "--bundle", bundle, "--key",
@@ -71,7 +71,7 @@ TEST_F(Processes, InLockStepASignedBundleIsDivedAsByTheBuiltInSimulator) {
     EXPECT_EQ(executive->wait(kLong), 0) << executive->err();
     EXPECT_EQ(vehicle->wait(kLong), 0) << vehicle->err();
     EXPECT_THAT(executive->err(),
-                HasSubstr(dived == bundle ? "signed with this key" : "not a verified bundle"));
+                HasSubstr(dived == bundle ? "code made with this key" : "not a verified bundle"));
     if (dived != bundle) continue;
     Process built_in({DIVE_COMMAND, "run", bundle, "--key", path("key"), "--log",
                       path("built-in.lcmlog"), "--json"},
