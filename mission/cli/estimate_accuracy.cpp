@@ -100,7 +100,7 @@ void print_accuracy(const Accuracy& accuracy) {
   }
   if (accuracy.drift_percent) print(fmt::format("  drift    {:.2f} %", *accuracy.drift_percent));
   if (accuracy.nees) {
-    print(fmt::format("  NEES     position {:.2f}, orientation {:.2f} (3 when honest)",
+    print(fmt::format("  NEES     position {:.2f}, orientation {:.2f} (3: consistent)",
                       accuracy.nees->position, accuracy.nees->orientation));
   }
 }
