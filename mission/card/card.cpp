@@ -14,7 +14,6 @@
 #include "mission/card/checklist.h"
 #include "mission/report/html.h"
 #include "mission/report/sha256.h"
-#include "planning/certify/certify.h"
 
 namespace dive::mission {
 
@@ -69,9 +68,8 @@ std::string exit_path_of(const LegExit& exit) {
 // Without a simulated world the paths in an unknown environment are not certified.
 std::string clearance_of(const CardLeg& leg, const Mission& mission) {
   if (!has_simulation_map(mission)) return "\u2013";
-  const double cutoff = planning::CertifyOptions{}.cutoff;
-  return leg.clearance_m >= cutoff ? fmt::format("\u2265 {:g} m", cutoff)
-                                   : fmt::format("{:.2f} m", leg.clearance_m);
+  return is_cut_off(leg.clearance_m) ? fmt::format("\u2265 {:g} m", leg.clearance_m)
+                                     : fmt::format("{:.2f} m", leg.clearance_m);
 }
 
 std::string leg_row(const CardLeg& leg, const Mission& mission) {

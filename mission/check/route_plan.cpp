@@ -78,9 +78,11 @@ std::vector<PlannedRouteLeg> plan_route(const Route& route, const Mission& missi
   return legs;
 }
 
+bool is_cut_off(double clearance_m) { return clearance_m >= planning::CertifyOptions{}.cutoff; }
+
 std::string certified_text(double clearance_m, int decimals) {
-  const bool is_cut_off = clearance_m >= planning::CertifyOptions{}.cutoff;
-  return fmt::format("{}{:.{}f} m", is_cut_off ? "at least " : "", clearance_m, decimals);
+  return fmt::format("{}{:.{}f} m", is_cut_off(clearance_m) ? "at least " : "", clearance_m,
+                     decimals);
 }
 
 void report_failed_plans(const Route& route, const std::vector<PlannedRouteLeg>& legs,

@@ -61,6 +61,8 @@ using RouteObserver = std::function<void(std::size_t legs)>;
                                                       std::uint64_t seed,
                                                       const RouteObserver& planned = nullptr);
 
+/// True for a clearance at the certifier's cutoff: it may be larger.
+[[nodiscard]] bool is_cut_off(double clearance_m);
 /// "1.26 m", or "at least 5.00 m" for a clearance at the certifier's cutoff.
 [[nodiscard]] std::string certified_text(double clearance_m, int decimals = 2);
 

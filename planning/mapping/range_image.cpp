@@ -12,6 +12,7 @@ constexpr float kNotLooked = -1.0F;
 constexpr float kMinBin_deg = 2.5F;  // degrees per bin: a range camera's pixels are up to 2 apart
 constexpr float kCoarsest = 10.0F;
 constexpr double kDense = 7500.0;        // points of a scan that fill bins of kMinBin_deg
+constexpr double kAround = 9.0;          // a bin and its neighbours
 constexpr double kMaxGaps = 0.1;         // share of rays without a range in a scan without gaps
 constexpr float kAlikeAbsolute = 0.15F;  // m
 constexpr float kAlikeShare = 0.05F;     // share of the distance
@@ -130,11 +131,9 @@ float RangeImage::alike_m(std::size_t i) const {
   return std::max(kAlikeAbsolute, kAlikeShare * ranges_[i]);
 }
 
-int RangeImage::scaled_up(int count, std::size_t bin) const {
+int RangeImage::scaled_up(int count, int in_view) const {
   if (has_gaps_ || count == 0) return count;
-  int in_view = 0;
-  around(bin, [&](std::size_t b) { in_view += ranges_by_bin_[b] >= 0.0F ? 1 : 0; });
-  return static_cast<int>(std::lround(9.0 * count / in_view));
+  return static_cast<int>(std::lround(kAround * count / in_view));
 }
 
 // A surface has neighbours in the range image at about its own distance, even at a grazing angle:
@@ -157,12 +156,14 @@ void RangeImage::count_neighbours(std::span<const int> bins) {
     if (bins[i] < 0 || ranges_[i] > reach_) continue;
     const float alike = alike_m(i);
     int count = -1;  // minus the point itself
+    int in_view = 0;
     around(static_cast<std::size_t>(bins[i]), [&](std::size_t b) {
+      in_view += is_observed(b) ? 1 : 0;
       for (int k = first[b]; k < first[b + 1]; ++k) {
         if (std::abs(sorted[static_cast<std::size_t>(k)] - ranges_[i]) <= alike) ++count;
       }
     });
-    neighbours_[i] = scaled_up(count, static_cast<std::size_t>(bins[i]));
+    neighbours_[i] = scaled_up(count, in_view);
   }
 }
 
@@ -171,13 +172,15 @@ int RangeImage::marked_neighbours(const RangeScan& scan, std::size_t i,
   const int here = bin(scan.points_B[i] - origin_B_);
   const float alike = alike_m(i);
   int count = 0;
+  int in_view = 0;
   around(static_cast<std::size_t>(here), [&](std::size_t b) {
+    in_view += is_observed(b) ? 1 : 0;
     const int other = point_of_[b];
     if (other < 0 || static_cast<std::size_t>(other) == i) return;
     const auto point = static_cast<std::size_t>(other);
     if (marked[point] && std::abs(ranges_[point] - ranges_[i]) <= alike) ++count;
   });
-  return scaled_up(count, static_cast<std::size_t>(here));
+  return scaled_up(count, in_view);
 }
 
 // Removes connected groups of bins that are small.

@@ -56,8 +56,9 @@ class RangeImage {
   void around(std::size_t bin, Visit visit) const;
   /// m between the range of point i and that of a point of the same surface.
   [[nodiscard]] float alike_m(std::size_t i) const;
-  /// `count` of the bins around `bin`, as if all of them were in view.
-  [[nodiscard]] int scaled_up(int count, std::size_t bin) const;
+  /// `count` in a bin and its neighbours, `in_view` of which are, as if all of them were.
+  [[nodiscard]] int scaled_up(int count, int in_view) const;
+  [[nodiscard]] bool is_observed(std::size_t bin) const { return ranges_by_bin_[bin] >= 0.0F; }
   void count_neighbours(std::span<const int> bins);
   void leave_out_particles(const RangeScan& scan, std::span<const int> bins);
   void spread();
