@@ -11,6 +11,7 @@
 
 #include <gtest/gtest.h>
 #include <lcm/eventlog.h>
+#include <lcm/lcm-cpp.hpp>
 #include <unistd.h>
 
 #include "mission/record/log.h"
@@ -149,5 +150,26 @@ class Forger {
   lcm_eventlog_t* log_;
   std::int32_t events_ = 0;
 };
+
+/// An event as its record in the file, up to its checksum.
+inline std::string record_of(const lcm::LogEvent& event) {
+  return "\xED\xA1\xDA\x01" + big_endian(static_cast<std::uint64_t>(event.eventnum), 8) +
+         big_endian(static_cast<std::uint64_t>(event.timestamp), 8) +
+         big_endian(event.channel.size(), 4) +
+         big_endian(static_cast<std::uint64_t>(event.datalen), 4) + event.channel +
+         std::string(static_cast<const char*>(event.data),
+                     static_cast<std::size_t>(event.datalen - 4));
+}
+
+/// File sizes after the header and after each tick.
+inline std::vector<std::size_t> tick_ends(const std::vector<LoggedTick>& ticks) {
+  std::vector<std::size_t> ends;
+  for (std::size_t count = 0; count <= ticks.size(); ++count) {
+    const TemporaryFile file;
+    write_log(file.path(), {ticks.begin(), ticks.begin() + static_cast<std::ptrdiff_t>(count)});
+    ends.push_back(file.content().size());
+  }
+  return ends;
+}
 
 }  // namespace dive::mission::testing
