@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include <jerror.h>  // after jpeglib.h, on whose version it depends
 #include <jpeglib.h>
 
 #include "estimation/dataset/image_side.h"
@@ -27,9 +28,10 @@ void stop(j_common_ptr jpeg) {
   std::longjmp(decoder->on_error, 1);
 }
 
-// A warning means that pixels are missing: libjpeg would fill them with grey.
+// A warning means that pixels are missing, which libjpeg would fill with grey; except of bytes
+// before a marker, which are skipped: cameras with MJPEG pad there.
 void stop_at_warning(j_common_ptr jpeg, int level) {
-  if (level < 0) stop(jpeg);
+  if (level < 0 && jpeg->err->msg_code != JWRN_EXTRANEOUS_DATA) stop(jpeg);
 }
 
 // False on an error.

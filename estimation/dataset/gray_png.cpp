@@ -8,6 +8,7 @@
 #include "common/assert.h"
 #include "common/input_file.h"
 #include "estimation/dataset/image_side.h"
+#include "estimation/dataset/luma.h"
 
 namespace dive::estimation {
 
@@ -22,14 +23,24 @@ tl::expected<ImageFrame, std::string> finish(png_image& image) {
   if (image.width > kMaxSide_px || image.height > kMaxSide_px) {
     return fail(fmt::format("an image of {} x {} pixels is too large", image.width, image.height));
   }
-  image.format = PNG_FORMAT_GRAY;
+  // Otherwise 16 bits are taken as linear in light, unlike 8 bits, and brightened.
+  image.flags |= PNG_IMAGE_FLAG_16BIT_sRGB;
+  const bool is_colour = (image.format & PNG_FORMAT_FLAG_COLOR) != 0;
+  image.format = is_colour ? PNG_FORMAT_RGB : PNG_FORMAT_GRAY;
   ImageFrame frame;
   frame.width = static_cast<int>(image.width);
   frame.height = static_cast<int>(image.height);
-  frame.pixels.resize(static_cast<std::size_t>(image.width) * image.height);
+  const std::size_t count = static_cast<std::size_t>(image.width) * image.height;
+  frame.pixels.resize(is_colour ? 3 * count : count);
   if (png_image_finish_read(&image, nullptr, frame.pixels.data(), 0, nullptr) == 0) {
     return fail(image.message);
   }
+  if (!is_colour) return frame;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint8_t* const rgb = frame.pixels.data() + 3 * i;
+    frame.pixels[i] = luma(rgb[0], rgb[1], rgb[2]);
+  }
+  frame.pixels.resize(count);
   return frame;
 }
 

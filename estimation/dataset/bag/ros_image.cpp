@@ -9,6 +9,7 @@
 #include "estimation/dataset/gray_jpeg.h"
 #include "estimation/dataset/gray_png.h"
 #include "estimation/dataset/image_side.h"
+#include "estimation/dataset/luma.h"
 
 namespace dive::estimation {
 namespace {
@@ -39,13 +40,6 @@ tl::expected<Encoding, std::string> encoding_of(std::string_view name) {
                   name));
 }
 
-// Weights of ITU-R BT.601, times 1000.
-std::uint8_t grey(const std::uint8_t* pixel, const Encoding& encoding) {
-  const unsigned sum = 299U * pixel[encoding.red] + 587U * pixel[encoding.green] +
-                       114U * pixel[encoding.blue] + 500U;
-  return static_cast<std::uint8_t>(sum / 1000U);
-}
-
 tl::expected<ImageFrame, std::string> read_raw(MessageReader& reader, Utime utime) {
   const auto height = reader.take<std::uint32_t>();
   const auto width = reader.take<std::uint32_t>();
@@ -69,9 +63,11 @@ tl::expected<ImageFrame, std::string> read_raw(MessageReader& reader, Utime utim
   for (std::size_t y = 0; y < height; ++y) {
     const std::uint8_t* pixel = data.data() + y * step;
     for (std::size_t x = 0; x < width; ++x, pixel += encoding->bytes) {
-      frame.pixels.push_back(encoding->is_wide      ? pixel[is_big_endian ? 0 : 1]
-                             : encoding->bytes == 1 ? *pixel
-                                                    : grey(pixel, *encoding));
+      frame.pixels.push_back(
+          encoding->is_wide ? pixel[is_big_endian ? 0 : 1]
+          : encoding->bytes == 1
+              ? *pixel
+              : luma(pixel[encoding->red], pixel[encoding->green], pixel[encoding->blue]));
     }
   }
   return frame;
