@@ -24,6 +24,22 @@ Diagnostic calibration_error(const RecordedCamera& camera, std::string message, 
   return diagnostic;
 }
 
+struct ReadImage {
+  std::size_t index = 0;
+  ImageFrame image;
+};
+
+// The error is that of the first image.
+tl::expected<ReadImage, std::string> first_readable(const RecordedCamera& camera, int index) {
+  std::string error;
+  for (std::size_t i = 0; i < camera.images.size(); ++i) {
+    auto image = read_image(camera.images[i], index);
+    if (image) return ReadImage{i, std::move(*image)};
+    if (i == 0) error = image.error();
+  }
+  return tl::make_unexpected(error);
+}
+
 void check_camera(const RecordedCamera& camera, int index, Diagnostics& diagnostics) {
   const CameraModel& model = camera.model;
   if (std::min(model.width, model.height) < Tracker::kMinSide_px) {
@@ -33,17 +49,21 @@ void check_camera(const RecordedCamera& camera, int index, Diagnostics& diagnost
     diagnostics.add(calibration_error(camera, message, ""));
     return;
   }
-  const auto image = read_image(camera.images.front(), index);
-  if (!image) {
-    diagnostics.add(camera.images_origin.at(0, Severity::kError, "IMAGE", image.error(), ""));
+  const auto first = first_readable(camera, index);
+  if (!first) {
+    diagnostics.add(camera.images_origin.at(
+        0, Severity::kError, "IMAGE",
+        fmt::format("{}; none of the {} images can be read", first.error(), camera.images.size()),
+        index == 0 ? "" : "use the left camera only: --mono"));
     return;
   }
-  if (image->width == model.width && image->height == model.height) return;
+  const auto& [at, image] = *first;
+  if (image.width == model.width && image.height == model.height) return;
   diagnostics.add(camera.images_origin.at(
-      0, Severity::kError, "IMAGE-SIZE",
-      fmt::format("{}: an image of {} x {} pixels; {}:{} states {} x {}",
-                  camera.images.front().path, image->width, image->height, camera.calibration_file,
-                  camera.resolution_line, model.width, model.height),
+      at, Severity::kError, "IMAGE-SIZE",
+      fmt::format("{}: an image of {} x {} pixels; {}:{} states {} x {}", camera.images[at].path,
+                  image.width, image.height, camera.calibration_file, camera.resolution_line,
+                  model.width, model.height),
       "calibrate the camera for images of the size that was recorded"));
 }
 

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -17,8 +18,12 @@ namespace {
 constexpr double kMinImuRate_hz = 50.0;           // of the visual-inertial estimator
 constexpr double kMinPrimitiveImuRate_hz = 10.0;  // of the primitive one
 constexpr double kGoodImuRate_hz = 100.0;         // below it, motion between samples is lost
-constexpr double kRateTolerance = 0.2;            // of the rate that sensor.yaml states
-constexpr double kMaxEndGap_s = 0.1;              // of images without IMU samples
+constexpr double kMaxImuRate_hz = 20'000.0;       // no IMU is faster
+constexpr double kImageGap_s = 1.0;               // what is reported; in periods if they are long
+constexpr double kImageGapPeriods = 3.0;
+constexpr double kClockJump_s = 3600.0;
+constexpr double kRateTolerance = 0.2;  // of the rate that sensor.yaml states
+constexpr double kMaxEndGap_s = 0.1;    // of images without IMU samples
 
 struct Interval {
   Utime begin = 0;
@@ -38,13 +43,22 @@ std::string to_string(const Interval& interval) {
 }
 
 // Median time between samples, s; 0 for fewer than two.
-double median_step(const std::vector<ImuSample>& imu) {
-  if (imu.size() < 2) return 0.0;
+template <typename Sample>
+double median_step(const std::vector<Sample>& samples) {
+  if (samples.size() < 2) return 0.0;
   std::vector<Utime> steps;
-  for (std::size_t i = 1; i < imu.size(); ++i) steps.push_back(imu[i].utime - imu[i - 1].utime);
+  for (std::size_t i = 1; i < samples.size(); ++i) {
+    steps.push_back(samples[i].utime - samples[i - 1].utime);
+  }
   const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
   std::nth_element(steps.begin(), middle, steps.end());
   return to_seconds(*middle);
+}
+
+template <typename Sample>
+void clear(std::vector<Sample>& samples, SampleOrigin& origin) {
+  samples.clear();
+  origin.lines.clear();
 }
 
 // The checks of one recording, in the order of its sensors.
@@ -56,7 +70,9 @@ class RecordingCheck {
         options_(options) {}
 
   void run() {
+    if (!has_data()) return;
     check_times();
+    check_image_gaps();
     check_imu_rate();
     if (visual_) {
       check_saturation();
@@ -71,6 +87,41 @@ class RecordingCheck {
   void add(Diagnostic diagnostic) { recording_.diagnostics.add(std::move(diagnostic)); }
 
   [[nodiscard]] Interval images() const { return interval_of(recording_.cameras[0].images); }
+
+  // Everything else needs samples and images.
+  bool has_data() {
+    if (recording_.imu.empty()) {
+      add(recording_.imu_origin.of_all(Severity::kError, "NO-IMU", "there are no IMU samples", ""));
+    }
+    const std::size_t used = visual_ && !options_.mono ? recording_.cameras.size() : 1;
+    for (std::size_t i = 0; i < used; ++i) {
+      const RecordedCamera& camera = recording_.cameras[i];
+      if (!camera.images.empty()) continue;
+      add(camera.images_origin.of_all(Severity::kError, "NO-IMAGES",
+                                      fmt::format("camera {} has no images", i), ""));
+    }
+    return recording_.diagnostics.ok();
+  }
+
+  void check_image_gaps() {
+    const auto& list = recording_.cameras[0].images;
+    const double limit_s = std::max(kImageGap_s, kImageGapPeriods * median_step(list));
+    std::size_t gaps = 0;
+    std::size_t first = 0;
+    double longest_s = 0.0;
+    for (std::size_t i = 1; i < list.size(); ++i) {
+      const double step_s = to_seconds(list[i].utime - list[i - 1].utime);
+      if (step_s <= limit_s) continue;
+      if (gaps++ == 0) first = i;
+      longest_s = std::max(longest_s, step_s);
+    }
+    if (gaps == 0) return;
+    add(recording_.cameras[0].images_origin.at(
+        first, Severity::kWarning, "IMAGE-GAP",
+        fmt::format("{} gap(s) without images, the longest of {:.3f} s; the first ends here", gaps,
+                    longest_s),
+        longest_s < kClockJump_s ? "" : "if a clock was set, give the recording in two parts"));
+  }
 
   void check_times() {
     const Interval imu = interval_of(recording_.imu);
@@ -111,6 +162,15 @@ class RecordingCheck {
                       "least {:g} Hz, and {:g} Hz for its accuracy",
                       rate_hz, visual_ ? "visual-inertial" : "primitive", min_hz, kGoodImuRate_hz),
           "record every sample of the IMU"));
+      return;
+    }
+    if (rate_hz > kMaxImuRate_hz) {
+      add(origin.of_all(
+          Severity::kError, "IMU-RATE",
+          fmt::format("the IMU was recorded at {:.3g} Hz, faster than any IMU: are its "
+                      "stamps in nanoseconds?",
+                      rate_hz),
+          "stamp all sensors in nanoseconds"));
       return;
     }
     if (const double stated_hz = recording_.imu_rate_hz;
@@ -175,6 +235,7 @@ class RecordingCheck {
         fmt::format("its samples are {}, the images {}: the depth is not used", to_string(depth),
                     to_string(images())),
         ""));
+    clear(recording_.depth, recording_.depth_origin);
   }
 
   void check_velocity() {
@@ -186,6 +247,7 @@ class RecordingCheck {
         fmt::format("its samples are {}, the images {}: the velocity is not used",
                     to_string(velocity), to_string(images())),
         ""));
+    clear(recording_.velocity, recording_.velocity_origin);
   }
 
   [[nodiscard]] Diagnostic of_recording(Severity severity, std::string message,
@@ -204,8 +266,7 @@ class RecordingCheck {
         fmt::format("its poses are {}, the images {}: there is no truth to compare with",
                     to_string(truth), to_string(images())),
         ""));
-    recording_.truth.clear();
-    recording_.truth_origin.lines.clear();
+    clear(recording_.truth, recording_.truth_origin);
     recording_.has_true_attitude = false;
   }
 

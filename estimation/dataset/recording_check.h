@@ -23,8 +23,9 @@ struct ImuSummary {
 /// Adds diagnostics to the recording: errors where `options` cannot give an estimate from it or
 /// where the estimator's contracts would be violated, warnings where the estimate will be worse
 /// than it could be. Errors: image sizes, cameras that are no stereo pair, too low a rate of the
-/// IMU, sensors whose times do not overlap, an initial state that the recording lacks. Truth
-/// without an image in its time is removed, with a warning. Decodes one image of each camera used.
+/// IMU or a rate that no IMU has, sensors without samples or whose times do not overlap, an initial
+/// state that the recording lacks. Depth, velocity and truth without an image in their time are
+/// removed, with a warning. Decodes each used camera's images until one is readable.
 void check_recording(Recording& recording, const RunOptions& options);
 
 }  // namespace dive::estimation

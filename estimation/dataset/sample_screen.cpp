@@ -17,14 +17,17 @@ constexpr double kMaxRemovedShare = 0.05;
 constexpr double kMinMedianForce = 5.0;  // m/s^2; gravity is 9.8, in any attitude
 constexpr double kMaxMedianForce = 20.0;
 
+// The greatest value of three would hide a NaN.
 std::string problem(const ImuSample& sample) {
+  if (!sample.gyro_B.allFinite()) return "an angular rate that is not finite";
+  if (!sample.accel_B.allFinite()) return "a specific force that is not finite";
   const double rate = sample.gyro_B.cwiseAbs().maxCoeff();
-  if (!(rate <= kMaxRate)) {
+  if (rate > kMaxRate) {
     return fmt::format("an angular rate of {:g} rad/s; no IMU measures more than {:g}", rate,
                        kMaxRate);
   }
   const double force = sample.accel_B.cwiseAbs().maxCoeff();
-  if (!(force <= kMaxAcceleration)) {
+  if (force > kMaxAcceleration) {
     return fmt::format("a specific force of {:g} m/s^2; no IMU measures more than {:g}", force,
                        kMaxAcceleration);
   }
@@ -32,25 +35,33 @@ std::string problem(const ImuSample& sample) {
 }
 
 std::string problem(const DepthSample& sample) {
+  if (!std::isfinite(sample.depth_m)) return "a depth that is not finite";
   if (std::abs(sample.depth_m) <= kMaxDepth_m) return {};
   return fmt::format("a depth of {:g} m; the sea is at most {:g} m deep", sample.depth_m,
                      kMaxDepth_m);
 }
 
 std::string problem(const VelocitySample& sample) {
+  if (!sample.v_B.allFinite()) return "a velocity that is not finite";
   const double speed = sample.v_B.cwiseAbs().maxCoeff();
   if (speed <= kMaxVelocity) return {};
   return fmt::format("a velocity of {:g} m/s; at most {:g} are expected", speed, kMaxVelocity);
 }
 
 std::string problem(const TruePose& pose) {
+  if (!pose.X_WB.p.allFinite()) return "a true position that is not finite";
+  if (!is_attitude(pose.X_WB.q)) return "a true attitude whose quaternion is not of length 1";
   const double distance = pose.X_WB.p.cwiseAbs().maxCoeff();
-  if (!(distance <= kMaxTrueDistance_m)) {
+  if (distance > kMaxTrueDistance_m) {
     return fmt::format("a true position {:g} m from the origin; at most {:g} m are expected",
                        distance, kMaxTrueDistance_m);
   }
-  if (pose.v_W && !(pose.v_W->cwiseAbs().maxCoeff() <= kMaxTrueDistance_m)) {
+  if (pose.v_W && !pose.v_W->allFinite()) return "a true velocity that is not finite";
+  if (pose.v_W && pose.v_W->cwiseAbs().maxCoeff() > kMaxTrueDistance_m) {
     return fmt::format("a true velocity of {:g} m/s", pose.v_W->cwiseAbs().maxCoeff());
+  }
+  if (pose.bias && !(pose.bias->gyro.allFinite() && pose.bias->accel.allFinite())) {
+    return "a true bias that is not finite";
   }
   return {};
 }
@@ -99,6 +110,8 @@ void check_force(const Recording& recording, Diagnostics& diagnostics) {
 
 }  // namespace
 
+bool is_attitude(const Eigen::Quaterniond& q) { return std::abs(q.norm() - 1.0) <= 1e-2; }
+
 void screen_samples(Recording& recording) {
   Diagnostics& diagnostics = recording.diagnostics;
   const std::size_t samples = recording.imu.size();
@@ -107,7 +120,7 @@ void screen_samples(Recording& recording) {
   if (static_cast<double>(removed) > kMaxRemovedShare * static_cast<double>(samples)) {
     diagnostics.add(recording.imu_origin.of_all(
         Severity::kError, "IMU-RANGE",
-        fmt::format("{} of {} samples are beyond what an IMU measures", removed, samples),
+        fmt::format("{} of {} samples are not what an IMU measures", removed, samples),
         "give angular rates in rad/s and specific forces in m/s^2"));
   }
   check_force(recording, diagnostics);
