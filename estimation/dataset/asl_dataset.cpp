@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <system_error>
 #include <utility>
@@ -22,21 +22,30 @@ namespace {
 namespace fs = std::filesystem;
 
 using Failure = tl::unexpected<std::string>;
-using NumberKey = std::pair<const char*, std::optional<double>*>;
+struct NumberKey {
+  const char* key;
+  std::optional<double>* value;
+  double min;
+  double max;
+};
 
-// Reads each key that is there. An error if one is no number, or negative.
-tl::expected<void, std::string> read_positive(const SensorFile& file, const std::string& path,
+// Reads each key that is there. An error if one is not a number, or out of its range.
+tl::expected<void, std::string> read_in_range(const SensorFile& file,
                                               std::span<const NumberKey> keys) {
-  for (const auto& [key, value] : keys) {
+  for (const auto& [key, value, min, max] : keys) {
     const auto number = file.number(key);
     if (!number) return Failure(number.error());
-    if (*number && !(**number >= 0.0)) return Failure(fmt::format("{}: {} is negative", path, key));
+    if (*number && !(**number >= min && **number <= max)) {
+      return Failure(file.at(
+          key, fmt::format("{} is {:g}; it must be from {:g} to {:g}", key, **number, min, max)));
+    }
     *value = *number;
   }
   return {};
 }
 
 constexpr double kSpeedSigma = 0.1;  // m/s, per axis: sway and heave are not measured
+constexpr double kMaxRate_hz = 1e5;
 
 }  // namespace
 
@@ -48,11 +57,11 @@ tl::expected<RecordedCamera, std::string> read_camera(const SensorFile& file,
   if (!X_BC) return Failure(X_BC.error());
   RecordedCamera camera;
   std::optional<double> rate;
-  const NumberKey keys[] = {{"focal_sigma", &camera.focal_sigma},
-                            {"centre_sigma_px", &camera.centre_sigma_px},
-                            {"refractive_index_sigma", &camera.refractive_index_sigma},
-                            {"rate_hz", &rate}};
-  if (auto read = read_positive(file, path, keys); !read) return Failure(read.error());
+  const NumberKey keys[] = {{"focal_sigma", &camera.focal_sigma, 0.0, 0.1},
+                            {"centre_sigma_px", &camera.centre_sigma_px, 1e-3, 100.0},
+                            {"refractive_index_sigma", &camera.refractive_index_sigma, 0.0, 0.1},
+                            {"rate_hz", &rate, 0.0, kMaxRate_hz}};
+  if (auto read = read_in_range(file, keys); !read) return Failure(read.error());
   camera.model = *model;
   camera.model.X_BC = *X_BC;
   camera.rate_hz = rate.value_or(0.0);
@@ -66,40 +75,69 @@ tl::expected<RecordedCamera, std::string> read_camera(const SensorFile& file,
 
 namespace {
 
-tl::expected<void, std::string> read_images(const fs::path& folder, RecordedCamera& camera) {
-  camera.images_origin.file = (folder / "data.csv").string();
-  const auto rows = for_each_row((folder / "data.csv").string(), [&](const CsvRow& row) {
+// Reads the data.csv of a folder, whose name becomes the origin's, with a warning for each kind of
+// row that is ignored.
+tl::expected<void, std::string> read_rows(const fs::path& folder, SampleOrigin& origin,
+                                          Diagnostics& diagnostics,
+                                          const std::function<std::string(const CsvRow&)>& take) {
+  origin.file = (folder / "data.csv").string();
+  const auto ignored = for_each_row(origin.file, [&](const CsvRow& row) {
+    std::string wrong = take(row);
+    if (wrong.empty()) origin.lines.push_back(row.line);
+    return wrong;
+  });
+  if (!ignored) return Failure(ignored.error());
+  const auto warn = [&](std::uint32_t line, const char* code, std::string message) {
+    Diagnostic warning = origin.of_all(Severity::kWarning, code, std::move(message), "");
+    warning.span.line = static_cast<int>(line);
+    diagnostics.add(std::move(warning));
+  };
+  if (ignored->same_time > 0) {
+    warn(ignored->first_same_time, "SAME-TIME",
+         fmt::format("{} row(s) with the stamp of the row before are ignored; the first is here",
+                     ignored->same_time));
+  }
+  if (ignored->cut_line > 0) {
+    warn(ignored->cut_line, "CUT-LINE",
+         fmt::format("the file ends within this line, which is ignored: {}", ignored->cut_reason));
+  }
+  return {};
+}
+
+tl::expected<void, std::string> read_images(const fs::path& folder, RecordedCamera& camera,
+                                            Diagnostics& diagnostics) {
+  const Utime shift = from_seconds(camera.time_shift_s);
+  const auto rows = read_rows(folder, camera.images_origin, diagnostics, [&](const CsvRow& row) {
     if (row.fields.empty() || row.fields[0].empty()) return std::string("no file name of an image");
     const fs::path name(row.fields[0]);
     if (name.is_absolute() || name.has_parent_path()) {
       return fmt::format("\"{}\" is no file of the folder data", row.fields[0]);
     }
-    camera.images.push_back({row.utime, (folder / "data" / name).string()});
-    camera.images_origin.lines.push_back(row.line);
+    camera.images.push_back({row.utime + shift, (folder / "data" / name).string()});
     return std::string();
   });
   if (rows && camera.images.empty()) {
-    return Failure(fmt::format("{}: it lists no images", (folder / "data.csv").string()));
+    return Failure(fmt::format("{}: it lists no images", camera.images_origin.file));
   }
   return rows;
 }
 
 }  // namespace
 
-tl::expected<Pose, std::string> read_imu_sensor(const SensorFile& file, const std::string& path,
-                                                Recording& dataset) {
+tl::expected<Pose, std::string> read_imu_sensor(const SensorFile& file, Recording& dataset) {
   RecordedImuNoise& noise = dataset.imu_noise;
   std::optional<double> rate;
-  const NumberKey keys[] = {{"gyroscope_noise_density", &noise.gyro},
-                            {"gyroscope_random_walk", &noise.gyro_walk},
-                            {"accelerometer_noise_density", &noise.accel},
-                            {"accelerometer_random_walk", &noise.accel_walk},
-                            {"gyroscope_turn_on_bias", &noise.gyro_bias},
-                            {"accelerometer_turn_on_bias", &noise.accel_bias},
-                            {"scale_error", &noise.scale},
-                            {"gyroscope_g_sensitivity", &noise.gyro_by_accel},
-                            {"rate_hz", &rate}};
-  if (auto read = read_positive(file, path, keys); !read) return Failure(read.error());
+  // The ranges are those of VisualInertialOptions.
+  const NumberKey keys[] = {{"gyroscope_noise_density", &noise.gyro, 1e-7, 1.0},
+                            {"gyroscope_random_walk", &noise.gyro_walk, 1e-9, 1.0},
+                            {"accelerometer_noise_density", &noise.accel, 1e-6, 10.0},
+                            {"accelerometer_random_walk", &noise.accel_walk, 1e-8, 10.0},
+                            {"gyroscope_turn_on_bias", &noise.gyro_bias, 1e-7, 1.0},
+                            {"accelerometer_turn_on_bias", &noise.accel_bias, 1e-6, 10.0},
+                            {"scale_error", &noise.scale, 0.0, 0.1},
+                            {"gyroscope_g_sensitivity", &noise.gyro_by_accel, 0.0, 0.01},
+                            {"rate_hz", &rate, 0.0, kMaxRate_hz}};
+  if (auto read = read_in_range(file, keys); !read) return Failure(read.error());
   dataset.imu_rate_hz = rate.value_or(0.0);
   return file.X_BS();
 }
@@ -107,33 +145,30 @@ tl::expected<Pose, std::string> read_imu_sensor(const SensorFile& file, const st
 namespace {
 
 tl::expected<void, std::string> read_imu(const fs::path& folder, Recording& dataset) {
-  dataset.imu_origin.file = (folder / "data.csv").string();
-  const auto rows = for_each_row((folder / "data.csv").string(), [&](const CsvRow& row) {
-    std::array<double, 6> v{};
-    std::string wrong = to_numbers(row, 0, v.size(), v.data());
-    if (!wrong.empty()) return wrong;
-    ImuSample sample;
-    sample.utime = row.utime;
-    sample.gyro_B = {v[0], v[1], v[2]};
-    sample.accel_B = {v[3], v[4], v[5]};
-    dataset.imu.push_back(sample);
-    dataset.imu_origin.lines.push_back(row.line);
-    return wrong;
-  });
+  const auto rows =
+      read_rows(folder, dataset.imu_origin, dataset.diagnostics, [&](const CsvRow& row) {
+        std::array<double, 6> v{};
+        std::string wrong = to_numbers(row, 0, v.size(), v.data());
+        if (!wrong.empty()) return wrong;
+        ImuSample sample;
+        sample.utime = row.utime;
+        sample.gyro_B = {v[0], v[1], v[2]};
+        sample.accel_B = {v[3], v[4], v[5]};
+        dataset.imu.push_back(sample);
+        return wrong;
+      });
   if (rows && dataset.imu.empty()) {
-    return Failure(fmt::format("{}: there are no samples in it", (folder / "data.csv").string()));
+    return Failure(fmt::format("{}: there are no samples in it", dataset.imu_origin.file));
   }
   return rows;
 }
 
 tl::expected<void, std::string> read_depth(const fs::path& folder, Recording& dataset) {
-  dataset.depth_origin.file = (folder / "data.csv").string();
-  return for_each_row((folder / "data.csv").string(), [&](const CsvRow& row) {
+  return read_rows(folder, dataset.depth_origin, dataset.diagnostics, [&](const CsvRow& row) {
     double depth = 0.0;
     std::string wrong = to_numbers(row, 0, 1, &depth);
     if (!wrong.empty()) return wrong;
     dataset.depth.push_back({row.utime, depth});
-    dataset.depth_origin.lines.push_back(row.line);
     return wrong;
   });
 }
@@ -151,26 +186,28 @@ tl::expected<void, std::string> read_velocity(const fs::path& folder, std::size_
   if (is_present(sensor)) {
     const auto file = SensorFile::open(sensor.string());
     if (!file) return Failure(file.error());
-    const auto noise = file->number("velocity_noise");
-    if (!noise) return Failure(noise.error());
-    sigma = noise->value_or(sigma);
-    if (!(sigma > 0.0)) {
-      return Failure(fmt::format("{}: velocity_noise is not positive", sensor.string()));
-    }
+    std::optional<double> noise;
+    const NumberKey keys[] = {{"velocity_noise", &noise, 1e-4, 10.0}};
+    if (auto read = read_in_range(*file, keys); !read) return Failure(read.error());
+    sigma = noise.value_or(sigma);
   }
-  dataset.velocity_origin.file = (folder / "data.csv").string();
-  return for_each_row((folder / "data.csv").string(), [&](const CsvRow& row) {
+  return read_rows(folder, dataset.velocity_origin, dataset.diagnostics, [&](const CsvRow& row) {
     std::array<double, 3> v{};
     std::string wrong = to_numbers(row, 0, fields, v.data());
     if (!wrong.empty()) return wrong;
     dataset.velocity.push_back({row.utime, {v[0], v[1], v[2]}, sigma});
-    dataset.velocity_origin.lines.push_back(row.line);
     return wrong;
   });
 }
 
-// Reads positions, with attitude, velocity and biases where there are fields for them. `X_BI`: pose
-// of the IMU in the files' body frame; the measured frame may be yet another one.
+// How many of a row's fields are read: position, attitude, velocity, biases.
+std::size_t columns_of(const CsvRow& row) {
+  const std::size_t fields = row.fields.size();
+  return fields >= 16 ? 16 : fields >= 10 ? 10 : fields >= 7 ? 7 : 3;
+}
+
+// Reads positions, with attitude, velocity and biases where the first row has them. `X_BI`: pose of
+// the IMU in the files' body frame; the measured frame may be yet another one.
 tl::expected<void, std::string> read_truth(const fs::path& folder, const Pose& X_BI,
                                            Recording& dataset) {
   Pose X_BS = X_BI;
@@ -182,29 +219,26 @@ tl::expected<void, std::string> read_truth(const fs::path& folder, const Pose& X
     if (!X_BR) return Failure(X_BR.error());
     X_BS = X_BR->inverse() * X_BI;
   }
-  dataset.has_true_attitude = true;
-  dataset.truth_origin.file = (folder / "data.csv").string();
-  return for_each_row((folder / "data.csv").string(), [&](const CsvRow& row) {
+  std::size_t n = 0;
+  return read_rows(folder, dataset.truth_origin, dataset.diagnostics, [&](const CsvRow& row) {
     std::array<double, 16> v{};
-    const std::size_t fields = row.fields.size();
-    const std::size_t n = fields >= 16 ? 16 : fields >= 10 ? 10 : fields >= 7 ? 7 : 3;
+    if (dataset.truth.empty()) n = columns_of(row);
+    dataset.has_true_attitude = n >= 7;
     std::string wrong = to_numbers(row, 0, n, v.data());
     if (!wrong.empty()) return wrong;
     TruePose pose;
     pose.utime = row.utime;
     pose.X_WB.p = {v[0], v[1], v[2]};
     if (n >= 7) {
-      const Eigen::Quaterniond q(v[3], v[4], v[5], v[6]);
-      if (std::abs(q.norm() - 1.0) > 1e-2) return std::string("its quaternion is not of length 1");
-      pose.X_WB.q = q.normalized();
-      pose.X_WB = pose.X_WB * X_BS;
-    } else {
-      dataset.has_true_attitude = false;
+      pose.X_WB.q = Eigen::Quaterniond(v[3], v[4], v[5], v[6]);
+      if (is_attitude(pose.X_WB.q)) {
+        pose.X_WB.q.normalize();
+        pose.X_WB = pose.X_WB * X_BS;
+      }
     }
     if (n >= 10) pose.v_W = Eigen::Vector3d(v[7], v[8], v[9]);
     if (n == 16) pose.bias = TruePose::Bias{{v[10], v[11], v[12]}, {v[13], v[14], v[15]}};
     dataset.truth.push_back(pose);
-    dataset.truth_origin.lines.push_back(row.line);
     return wrong;
   });
 }
@@ -214,19 +248,23 @@ fs::path root_of(const std::string& folder) {
   return is_folder(given / "mav0") ? given / "mav0" : given;
 }
 
+tl::expected<void, std::string> check_folders(const std::string& folder) {
+  const fs::path root = root_of(folder);
+  if (is_folder(root / "cam0") && is_folder(root / "imu0")) return {};
+  return Failure(fmt::format(
+      "{}: no dataset in the ASL format: it has no folders cam0 and imu0, nor mav0 with them",
+      folder));
+}
+
 // Returns the pose of the IMU in the files' body frame, and fills `dataset` from the sensors'
 // files.
 tl::expected<Pose, std::string> read_sensors(const std::string& folder, Recording& dataset) {
+  if (const auto checked = check_folders(folder); !checked) return Failure(checked.error());
   const fs::path root = root_of(folder);
-  if (!is_folder(root / "cam0") || !is_folder(root / "imu0")) {
-    return Failure(fmt::format(
-        "{}: no dataset in the ASL format: it has no folders cam0 and imu0, nor mav0 with them",
-        folder));
-  }
   const std::string imu = (root / "imu0" / "sensor.yaml").string();
   const auto imu_file = SensorFile::open(imu);
   if (!imu_file) return Failure(imu_file.error());
-  auto X_BI = read_imu_sensor(*imu_file, imu, dataset);
+  auto X_BI = read_imu_sensor(*imu_file, dataset);
   if (!X_BI) return X_BI;
   for (const char* name : {"cam0", "cam1"}) {
     if (!is_folder(root / name)) continue;
@@ -243,6 +281,11 @@ tl::expected<Pose, std::string> read_sensors(const std::string& folder, Recordin
 
 }  // namespace
 
+bool lacks_asl_calibration(const std::string& folder) {
+  const fs::path imu = root_of(folder) / "imu0";
+  return is_folder(imu) && !is_present(imu / "sensor.yaml");
+}
+
 tl::expected<Recording, std::string> read_asl_calibration(const std::string& folder) {
   Recording dataset;
   const auto X_BI = read_sensors(folder, dataset);
@@ -250,15 +293,37 @@ tl::expected<Recording, std::string> read_asl_calibration(const std::string& fol
   return dataset;
 }
 
-tl::expected<Recording, std::string> read_asl_dataset(const std::string& folder) {
+namespace {
+
+// The same with the given sensors, whose body frame is the IMU's. The files' own may still be
+// another one, in which the truth's sensor is then.
+tl::expected<Pose, std::string> take_sensors(const std::string& folder, Recording sensors,
+                                             Recording& dataset) {
+  if (const auto checked = check_folders(folder); !checked) return Failure(checked.error());
+  const fs::path root = root_of(folder);
+  dataset = std::move(sensors);
+  if (dataset.cameras.size() > 1 && !is_folder(root / "cam1")) dataset.cameras.resize(1);
+  const fs::path imu = root / "imu0" / "sensor.yaml";
+  if (!is_present(imu)) return Pose{};
+  const auto file = SensorFile::open(imu.string());
+  if (!file) return Failure(file.error());
+  return file->X_BS();
+}
+
+}  // namespace
+
+tl::expected<Recording, std::string> read_asl_dataset(const std::string& folder,
+                                                      std::optional<Recording> sensors) {
   const fs::path root = root_of(folder);
   Recording dataset;
-  dataset.source = folder;
-  const auto X_BI = read_sensors(folder, dataset);
+  const auto X_BI =
+      sensors ? take_sensors(folder, std::move(*sensors), dataset) : read_sensors(folder, dataset);
   if (!X_BI) return Failure(X_BI.error());
+  dataset.source = folder;
   if (const auto read = read_imu(root / "imu0", dataset); !read) return Failure(read.error());
   for (std::size_t i = 0; i < dataset.cameras.size(); ++i) {
-    const auto read = read_images(root / fmt::format("cam{}", i), dataset.cameras[i]);
+    const auto read =
+        read_images(root / fmt::format("cam{}", i), dataset.cameras[i], dataset.diagnostics);
     if (!read) return Failure(read.error());
   }
   if (is_folder(root / "depth0")) {

@@ -15,6 +15,7 @@
 // B is the IMU's frame here: values in the files' own body frame are converted to it. Stamps become
 // microseconds.
 
+#include <optional>
 #include <string>
 
 #include <tl/expected.hpp>
@@ -25,8 +26,10 @@
 namespace dive::estimation {
 
 /// Reads everything but the images themselves. An error gives the file, the line, and what is
-/// expected there.
-[[nodiscard]] tl::expected<Recording, std::string> read_asl_dataset(const std::string& folder);
+/// expected there. `sensors`: cameras and noise of the IMU from elsewhere, with the IMU as body
+/// frame; the sensor.yaml files of cameras and IMU may be absent then.
+[[nodiscard]] tl::expected<Recording, std::string> read_asl_dataset(
+    const std::string& folder, std::optional<Recording> sensors = std::nullopt);
 
 /// Reads a camera's model, and its pose in the file's body frame. `path`: the file's name.
 [[nodiscard]] tl::expected<RecordedCamera, std::string> read_camera(const SensorFile& file,
@@ -34,8 +37,10 @@ namespace dive::estimation {
 /// Reads noise and rate of the IMU into the recording; returns the IMU's pose in the file's body
 /// frame.
 [[nodiscard]] tl::expected<Pose, std::string> read_imu_sensor(const SensorFile& file,
-                                                              const std::string& path,
                                                               Recording& recording);
+
+/// True for such a folder whose IMU has no sensor.yaml.
+[[nodiscard]] bool lacks_asl_calibration(const std::string& folder);
 
 /// Reads only the sensors' sensor.yaml files; images, samples and truth may be absent. Errors as
 /// above.

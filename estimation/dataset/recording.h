@@ -48,6 +48,7 @@ struct RecordedCamera {
   std::optional<double> centre_sigma_px;         ///< Of the principal point.
   std::optional<double> refractive_index_sigma;  ///< Before a flat port.
   double rate_hz = 0.0;
+  double time_shift_s = 0.0;  ///< The images' stamps contain it: IMU time minus camera time.
   std::vector<RecordedImage> images;  ///< Images by time.
   SampleOrigin images_origin;
   std::string calibration_file;

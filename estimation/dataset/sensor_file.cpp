@@ -1,8 +1,9 @@
 #include "estimation/dataset/sensor_file.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <iterator>
+#include <string_view>
 #include <utility>
 
 #include <Eigen/LU>
@@ -11,16 +12,27 @@
 #include <yaml-cpp/yaml.h>
 
 #include "common/input_file.h"
+#include "common/source_text.h"
 
 namespace dive::estimation {
 namespace {
 
 constexpr double kRotation = 1e-3;      // tolerance of a written rotation matrix
 constexpr double kMaxLever_m = 1000.0;  // from the body frame to a sensor
+constexpr std::size_t kMaxBytes = std::size_t{1} << 20U;
 
 std::string located(const std::string& path, const YAML::Mark& mark, const std::string& what) {
   if (mark.is_null()) return fmt::format("{}: {}", path, what);
   return fmt::format("{}:{}: {}", path, mark.line + 1, what);
+}
+
+// By the first bytes of the formats that bag_file.h reads.
+bool is_bag(const std::string& path) {
+  const auto file = open_input_stream(path);
+  std::array<char, 8> bytes{};
+  if (!file || !(*file)->read(bytes.data(), bytes.size())) return false;
+  const std::string_view begin(bytes.data(), bytes.size());
+  return begin == "#ROSBAG " || begin == "\x89MCAP0\r\n" || begin == "SQLite f";
 }
 
 bool to_finite(const YAML::Node& node, double& value) {
@@ -57,9 +69,12 @@ SensorFile::~SensorFile() = default;
 tl::expected<SensorFile, std::string> SensorFile::open(const std::string& path) {
   auto impl = std::make_unique<Impl>();
   impl->path = path;
-  const auto file = open_input_stream(path);
+  if (is_bag(path)) {
+    return tl::make_unexpected(fmt::format("{}: is a bag, not a calibration", path));
+  }
+  const auto file = read_source_text(path, kMaxBytes);
   if (!file) return tl::make_unexpected(fmt::format("{}: {}", path, file.error()));
-  std::string text(std::istreambuf_iterator<char>(**file), {});
+  std::string text = file->content();
   // OpenCV's directive "%YAML:1.0" is none of YAML.
   if (text.starts_with("%YAML:")) text.front() = '#';
   try {
@@ -82,7 +97,7 @@ tl::expected<std::vector<double>, std::string> SensorFile::numbers(
   std::vector<double> values(node.size());
   for (std::size_t i = 0; i < values.size(); ++i) {
     if (!to_finite(node[i], values[i])) {
-      return impl_->wrong(node[i], fmt::format("number {} of {} is none", i + 1, key));
+      return impl_->wrong(node[i], fmt::format("number {} of {} is not a number", i + 1, key));
     }
   }
   return values;
@@ -98,7 +113,7 @@ tl::expected<std::optional<double>, std::string> SensorFile::number(const std::s
   const YAML::Node node = impl_->find(key);
   if (!node.IsDefined()) return std::nullopt;
   double value = 0.0;
-  if (!to_finite(node, value)) return impl_->wrong(node, fmt::format("{} is no number", key));
+  if (!to_finite(node, value)) return impl_->wrong(node, fmt::format("{} is not a number", key));
   return value;
 }
 
@@ -106,7 +121,7 @@ tl::expected<std::optional<std::string>, std::string> SensorFile::word(
     const std::string& key) const {
   const YAML::Node node = impl_->find(key);
   if (!node.IsDefined()) return std::nullopt;
-  if (!node.IsScalar()) return impl_->wrong(node, fmt::format("{} is no word", key));
+  if (!node.IsScalar()) return impl_->wrong(node, fmt::format("{} is not a word", key));
   return node.Scalar();
 }
 
@@ -145,7 +160,7 @@ tl::expected<Pose, std::string> SensorFile::X_BS() const {
   for (int i = 0; i < 16; ++i) {
     const YAML::Node& number = numbers[static_cast<std::size_t>(i)];
     if (!to_finite(number, T(i / 4, i % 4))) {
-      return impl_->wrong(number, fmt::format("number {} of {} is none", i + 1, key));
+      return impl_->wrong(number, fmt::format("number {} of {} is not a number", i + 1, key));
     }
   }
   const Eigen::Matrix3d R = T.topLeftCorner<3, 3>();
@@ -154,7 +169,7 @@ tl::expected<Pose, std::string> SensorFile::X_BS() const {
   const bool is_near = T.topRightCorner<3, 1>().cwiseAbs().maxCoeff() <= kMaxLever_m;
   if (!is_rotation || !is_near || (T.row(3) - Eigen::RowVector4d(0, 0, 0, 1)).norm() > 1e-9) {
     return impl_->wrong(
-        node, fmt::format("{} is no pose: rotation, translation (m) and a row 0 0 0 1", key));
+        node, fmt::format("{} is not a pose: rotation, translation (m) and a row 0 0 0 1", key));
   }
   const Pose X{T.topRightCorner<3, 1>(), Eigen::Quaterniond(R).normalized()};
   return is_kalibr ? X.inverse() : X;

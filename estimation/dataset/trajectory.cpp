@@ -41,7 +41,7 @@ tl::expected<Trajectory, std::string> from_tum(const std::string& text, const st
     }
     for (std::size_t i = 0; i < v.size(); ++i) {
       if (!to_number(fields[i], v[i])) {
-        return fail(fmt::format("\"{}\" is no finite number", fields[i]));
+        return fail(fmt::format("\"{}\" is not a finite number", fields[i]));
       }
     }
     if (!(v[0] >= 0.0 && v[0] < 9e12))

@@ -50,9 +50,8 @@ tl::expected<void, std::string> add_chain(const SensorFile& file, const std::str
   return {};
 }
 
-tl::expected<void, std::string> add_imu(const SensorFile& file, const std::string& path,
-                                        Calibration& calibration) {
-  const auto X_BI = read_imu_sensor(file, path, calibration.sensors);
+tl::expected<void, std::string> add_imu(const SensorFile& file, Calibration& calibration) {
+  const auto X_BI = read_imu_sensor(file, calibration.sensors);
   if (!X_BI) return Failure(X_BI.error());
   return {};
 }
@@ -66,8 +65,8 @@ tl::expected<void, std::string> add_file(const std::string& path, Calibration& c
     const auto added = add_chain(*file, path, calibration);
     if (!added) return added;
   }
-  if (imu) return add_imu(*imu, path, calibration);
-  if (file->has("gyroscope_noise_density")) return add_imu(*file, path, calibration);
+  if (imu) return add_imu(*imu, calibration);
+  if (file->has("gyroscope_noise_density")) return add_imu(*file, calibration);
   if (file->has("intrinsics")) return add_camera(*file, path, calibration);
   if (has_cameras) return {};
   return Failure(fmt::format(

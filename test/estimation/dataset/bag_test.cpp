@@ -300,7 +300,7 @@ TEST_F(Bag, ReportsCalibrationsThatAreNone) {
   EXPECT_THAT(with("0.002", "2.0"), HasSubstr("camchain.yaml:15: a time shift of 2 s"));
   EXPECT_THAT(with("[0.0, -1.0, 0.0, 0.05]", "[0.0, -1.0]"), HasSubstr("16 numbers"));
   EXPECT_THAT(with("[0.0, -1.0, 0.0, 0.05]", "[0.0, -1.0, 0.0, 1e300]"),
-              HasSubstr("T_cam_imu is no pose"));
+              HasSubstr("T_cam_imu is not a pose"));
   options.calibration = {folder + "/imu.yaml"};
   EXPECT_THAT(error_of(bag), HasSubstr("no camera is calibrated there"));
   testing::write_text(folder + "/other.yaml", "a: 1\n");
