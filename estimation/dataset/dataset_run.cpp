@@ -86,13 +86,15 @@ class VisualRun {
     const Utime before = clock.now();
     const VisionEstimate vision = pipeline_.step(step.input);
     const double ms = 1e3 * to_seconds(clock.now() - before);
-    const bool is_new = run.health.add(pipeline_, vision, step.has_image);
+    const bool is_new = run.health.add(pipeline_, vision, step);
     run.waits_for = vision.estimate.valid ? std::string() : pipeline_.health().waits_for;
     if (!step.has_image) return;
     run.frame_ms.push_back(ms);
     run.cameras.assign(pipeline_.models().begin(), pipeline_.models().end());
-    const ImageQuality& quality = pipeline_.image_quality();
-    run.mean_features += quality.tracked + quality.added;
+    if (step.input.left) {
+      const ImageQuality& quality = pipeline_.image_quality();
+      run.mean_features += quality.tracked + quality.added;
+    }
     if (loops_) loops_->add(step.input, pipeline_, vision.init_utime, clock, run);
     if (!is_new) return;
     add_estimate(vision.estimate, step, run);
@@ -122,26 +124,78 @@ class PrimitiveRun {
   RecordedPrimitive primitive_;
 };
 
+// The images of one camera that could not be read.
+struct Unreadable {
+  int images = 0;
+  std::string first;  // the reason for the first one, with its path
+
+  void add(const std::string& error) {
+    if (!error.empty() && images++ == 0) first = error;
+  }
+  void warn(const SampleOrigin& origin, const char* consequence, Diagnostics& diagnostics) const {
+    if (images == 0) return;
+    diagnostics.add(origin.of_all(
+        Severity::kWarning, "IMAGE",
+        fmt::format("{} image(s) cannot be read, {}; the first: {}", images, consequence, first),
+        ""));
+  }
+};
+
+void note_left_out(const SampleOrigin& origin, std::size_t images, Diagnostics& diagnostics) {
+  if (images == 0) return;
+  diagnostics.add(origin.of_all(
+      Severity::kNote, "LEFT-OUT",
+      fmt::format("{} image(s) before the start of the estimate are left out", images), ""));
+}
+
 // Feeds the recording to an estimator.
 template <typename Estimator>
 tl::expected<DatasetRun, std::string> run_with(Estimator& estimator, RecordingFeed& feed,
-                                               const Recording& recording, Utime begin,
-                                               Clock& clock,
+                                               const Recording& recording, Clock& clock,
                                                const std::function<void(double)>& progress) {
   DatasetRun run;
-  run.begin = begin;
-  const std::size_t frames = recording.cameras[0].images.size();
+  const RecordedCamera& camera = recording.cameras[0];
+  const std::size_t first = feed.first_image();
+  const std::size_t frames = camera.images.size() - first;
+  if (frames == 0) return Failure("there is no image after the time at which to start");
+  run.begin = camera.images[first].utime;
   run.frames = static_cast<int>(frames);
-  for (;;) {
-    auto step = feed.next();
-    if (!step) return Failure(step.error());
-    if (!*step) break;
-    const std::size_t done = (*step)->image + ((*step)->has_image ? 1 : 0);
-    estimator.step(std::move(**step), clock, run);
+  note_left_out(camera.images_origin, first, run.diagnostics);
+  Unreadable left;
+  Unreadable right;
+  while (auto step = feed.next()) {
+    const std::size_t done = step->image - first + (step->has_image ? 1 : 0);
+    left.add(step->left_error);
+    right.add(step->right_error);
+    estimator.step(std::move(*step), clock, run);
     progress(static_cast<double>(done) / static_cast<double>(frames));
+  }
+  if (left.images == run.frames) return Failure("no image can be read; the first: " + left.first);
+  left.warn(camera.images_origin, "and are left out", run.diagnostics);
+  if (right.images > 0) {
+    right.warn(recording.cameras[1].images_origin, "and the left ones are used alone",
+               run.diagnostics);
   }
   run.mean_features /= run.frames;
   return run;
+}
+
+// The start of a run.
+struct Begin {
+  Utime utime = 0;
+  std::optional<TrueState> truth;        // at that time
+  std::optional<TrueState> first_truth;  // there may be a later one only
+};
+
+Begin begin_of(const Recording& recording, RunStart start) {
+  constexpr Utime kSameTime = 50'000;  // us
+  Begin begin;
+  begin.utime = std::max(recording.cameras.at(0).images.front().utime, recording.imu.front().utime);
+  begin.first_truth = true_state(recording, begin.utime);
+  if (!begin.first_truth) return begin;
+  if (start == RunStart::kTruth) begin.utime = begin.first_truth->utime;
+  if (begin.first_truth->utime <= begin.utime + kSameTime) begin.truth = begin.first_truth;
+  return begin;
 }
 
 }  // namespace
@@ -189,25 +243,27 @@ tl::expected<DatasetRun, std::string> run_on(const Recording& recording, const R
   if (options.loops && (options.mono || recording.cameras.size() < 2 || !is_visual)) {
     return Failure("loops are closed by the visual-inertial estimator with two cameras only");
   }
-  Utime begin = std::max(recording.cameras.at(0).images.front().utime, recording.imu.front().utime);
-  const std::optional<TrueState> truth = true_state(recording, begin);
-  if (truth) begin = truth->utime;
-  RecordingFeed feed(recording, {.begin = begin,
+  const Begin begin = begin_of(recording, options.start);
+  RecordingFeed feed(recording, {.begin = begin.utime,
                                  .use_depth = options.use_depth,
                                  .read_images = is_visual,
                                  .mono = options.mono});
+  const auto compared = [&](tl::expected<DatasetRun, std::string> run) {
+    if (run && begin.first_truth && !begin.truth) move_to(*begin.first_truth, *run);
+    return run;
+  };
   if (!is_visual) {
-    PrimitiveRun primitive(options, truth);
-    return run_with(primitive, feed, recording, begin, clock, progress);
+    PrimitiveRun primitive(options, begin.truth);
+    return compared(run_with(primitive, feed, recording, clock, progress));
   }
-  const auto start = vision_start(recording, options, truth, begin);
+  const auto start = vision_start(recording, options, begin.truth, begin.utime);
   if (!start) return Failure(start.error());
   VisionOptions vision;
   vision.filter = filter_options(recording, options.mono ? 1 : 2);
   vision.period_s = feed.period_s();
   if (std::string problem = vision.validate(); !problem.empty()) return Failure(problem);
   VisualRun visual(recording, options, vision, *start);
-  return run_with(visual, feed, recording, begin, clock, progress);
+  return compared(run_with(visual, feed, recording, clock, progress));
 }
 
 }  // namespace dive::estimation

@@ -46,10 +46,11 @@ struct DatasetRun {
   std::vector<LoopClosure> closures;  ///< Loop closures in the order of acceptance.
   std::vector<double> loop_ms;        ///< Time per keyframe, off the critical path.
   std::vector<double> frame_ms;       ///< Time of front end and filter per image, without decoding.
-  int frames = 0;                     ///< Number of images, used or not.
+  int frames = 0;                     ///< Number of images since `begin`, used or not.
   RunHealth health;                   ///< Of the visual-inertial estimator.
   std::vector<CameraModel> cameras;   ///< With the intrinsics as it estimated them at the end.
-  Utime begin = 0;                    ///< Time from which images and samples are used.
+  Utime begin = 0;                    ///< Time of the first image; earlier ones are left out.
+  Diagnostics diagnostics;            ///< Warnings: images that were left out or not readable.
   double mean_features = 0.0;
   double began_s = 0.0;   ///< Time of the first estimate since `begin`.
   std::string waits_for;  ///< What the filter lacked at the end to begin; empty if it had begun.
@@ -62,7 +63,10 @@ struct DatasetRun {
 [[nodiscard]] Trajectory true_trajectory(const Recording& dataset);
 
 /// `clock` is used for timing only; `progress` receives the completed fraction from time to time.
-/// An error is an unreadable file, or a recording that lacks required data.
+/// An error is a recording that lacks required data: ground truth to start from, or images that can
+/// be read. Without RunStart::kTruth the truth gives the position and heading at the start if it is
+/// there by then; otherwise the estimates are moved to it at its first pose, by a translation and a
+/// turn about the vertical, so that they can be compared with it.
 [[nodiscard]] tl::expected<DatasetRun, std::string> run_on(
     const Recording& dataset, const RunOptions& options, Clock& clock,
     const std::function<void(double)>& progress);

@@ -1,6 +1,7 @@
 #include "estimation/dataset/recording_feed.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace dive::estimation {
 namespace {
@@ -42,8 +43,11 @@ RecordingFeed::RecordingFeed(const Recording& recording, const FeedOptions& opti
     : recording_(recording),
       options_(options),
       period_s_(median_period(recording.cameras.at(0).images)),
-      image_(first_at(recording.cameras[0].images, options.begin)),
-      imu_(first_at(recording.imu, options.begin)) {}
+      first_image_(first_at(recording.cameras[0].images, options.begin)),
+      image_(first_image_),
+      imu_(first_at(recording.imu, options.begin)),
+      depth_(first_at(recording.depth, options.begin)),
+      velocity_(first_at(recording.velocity, options.begin)) {}
 
 // An image waits until the samples extend beyond it, and not for those after a gap.
 Utime RecordingFeed::last_sample_of(Utime image) const {
@@ -56,46 +60,55 @@ Utime RecordingFeed::last_sample_of(Utime image) const {
   return beyond;
 }
 
+// When an image is missing next: after two periods, and not before something arrives. Without that,
+// a stamp years later would be waited for in steps of two periods.
+Utime RecordingFeed::next_missed(Utime image) const {
+  const Utime missed = last_ + from_seconds(VisionPipeline::kMissedPeriods * period_s_);
+  const Utime sample = imu_ < recording_.imu.size() ? recording_.imu[imu_].utime : image;
+  return std::max(missed, std::min(sample, image));
+}
+
 void RecordingFeed::add_samples(VisionInput& input) {
   take(recording_.imu, input.now, imu_, input.imu);
   take(recording_.velocity, input.now, velocity_, input.velocity);
   if (options_.use_depth) take(recording_.depth, input.now, depth_, input.depth);
 }
 
-tl::expected<void, std::string> RecordingFeed::read(const RecordedImage& image,
-                                                    VisionInput& input) const {
+// An image that cannot be read is left out, as in a dive.
+void RecordingFeed::read(const RecordedImage& image, FeedStep& step) const {
   auto left = read_image(image, 0);
-  if (!left) return tl::make_unexpected(left.error());
-  input.left = std::move(*left);
+  if (!left) {
+    step.left_error = left.error();
+    return;
+  }
+  step.input.left = std::move(*left);
   const RecordedImage* const other = options_.mono || recording_.cameras.size() < 2
                                          ? nullptr
                                          : image_at(recording_.cameras[1].images, image.utime);
-  if (other == nullptr) return {};
+  if (other == nullptr) return;
   auto right = read_image(*other, 1);
-  if (!right) return tl::make_unexpected(right.error());
-  input.right = std::move(*right);
-  return {};
+  if (right) {
+    step.input.right = std::move(*right);
+  } else {
+    step.right_error = right.error();
+  }
 }
 
-tl::expected<std::optional<FeedStep>, std::string> RecordingFeed::next() {
+std::optional<FeedStep> RecordingFeed::next() {
   const std::vector<RecordedImage>& images = recording_.cameras[0].images;
   if (image_ == images.size()) return std::nullopt;
   FeedStep step;
   step.image = image_;
   const RecordedImage& image = images[image_];
   step.image_utime = image.utime;
-  const Utime missed = last_ + from_seconds(VisionPipeline::kMissedPeriods * period_s_);
+  const Utime missed = next_missed(image.utime);
   step.has_image = last_ == 0 || image.utime <= missed;
   last_ = step.has_image ? image.utime : missed;
   step.input.now = step.has_image ? last_sample_of(image.utime) : missed;
   add_samples(step.input);
   if (!step.has_image) return step;
   ++image_;
-  if (options_.read_images) {
-    if (const auto read_it = read(image, step.input); !read_it) {
-      return tl::make_unexpected(read_it.error());
-    }
-  }
+  if (options_.read_images) read(image, step);
   return step;
 }
 

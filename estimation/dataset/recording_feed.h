@@ -5,8 +5,6 @@
 #include <string>
 #include <vector>
 
-#include <tl/expected.hpp>
-
 #include "estimation/dataset/recording.h"
 #include "estimation/visual_inertial/pipeline/vision_pipeline.h"
 
@@ -25,6 +23,9 @@ struct FeedStep {
   bool has_image = false;  ///< The image may not have been read. False between images far apart.
   std::size_t image = 0;   ///< Index of the image, or of the next one.
   Utime image_utime = 0;   ///< Its time.
+  /// Why the image, or the right one, could not be read; empty if it was, or should not be.
+  std::string left_error;
+  std::string right_error;
 };
 
 class RecordingFeed {
@@ -34,20 +35,22 @@ class RecordingFeed {
 
   /// Median time between two images, s.
   [[nodiscard]] double period_s() const { return period_s_; }
-  /// The next step, one per image, with the IMU samples up to 10 ms beyond it; empty at the end. An
-  /// error is an image that cannot be read.
-  [[nodiscard]] tl::expected<std::optional<FeedStep>, std::string> next();
+  /// Index of the first image that is fed; their number if none is.
+  [[nodiscard]] std::size_t first_image() const { return first_image_; }
+  /// The next step, one per image, with the IMU samples up to 10 ms beyond it; empty at the end.
+  [[nodiscard]] std::optional<FeedStep> next();
 
  private:
   void add_samples(VisionInput& input);
   [[nodiscard]] Utime last_sample_of(Utime image) const;
-  [[nodiscard]] tl::expected<void, std::string> read(const RecordedImage& image,
-                                                     VisionInput& input) const;
+  [[nodiscard]] Utime next_missed(Utime image) const;
+  void read(const RecordedImage& image, FeedStep& step) const;
 
   const Recording& recording_;
   FeedOptions options_;
   double period_s_ = 0.05;
   Utime last_ = 0;  ///< Time of the last step; 0 before the first.
+  std::size_t first_image_ = 0;
   std::size_t image_ = 0;
   std::size_t imu_ = 0;
   std::size_t depth_ = 0;

@@ -17,7 +17,8 @@ void add_image(VisionFault fault, const ImageQuality& quality, ImageFaults& imag
 
 }  // namespace
 
-bool RunHealth::add(const VisionPipeline& pipeline, const VisionEstimate& vision, bool has_image) {
+bool RunHealth::add(const VisionPipeline& pipeline, const VisionEstimate& vision,
+                    const FeedStep& step) {
   const FilterHealth& filter = pipeline.health();
   inputs = filter.faults;
   features_used = filter.features_used;
@@ -28,8 +29,14 @@ bool RunHealth::add(const VisionPipeline& pipeline, const VisionEstimate& vision
   }
   if (filter.diverged) failure = "the filter has diverged: " + filter.reason;
   if (vision.is_good()) failure.clear();
-  if (!has_image) return false;
-  add_image(pipeline.image_fault(), pipeline.image_quality(), images);
+  if (!step.has_image) return false;
+  if (!step.right_error.empty()) ++images.right_unused;
+  if (step.left_error.empty()) {
+    add_image(pipeline.image_fault(), pipeline.image_quality(), images);
+  } else {
+    ++images.bad;
+    images.last = step.left_error;
+  }
   const StateEstimate& estimate = vision.estimate;
   if (filter.diverged || !estimate.valid || estimate.utime <= newest) {
     ++(filter.diverged ? diverged : !estimate.valid ? starting : late);

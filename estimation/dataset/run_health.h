@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "estimation/dataset/recording_feed.h"
 #include "estimation/visual_inertial/filter/filter_health.h"
 #include "estimation/visual_inertial/pipeline/vision_pipeline.h"
 
@@ -12,7 +13,7 @@ namespace dive::estimation {
 /// Number of images by fault; an image has at most one. Of blurred ones and those with few features
 /// or lost ones the features are used still.
 struct ImageFaults {
-  int bad = 0;           ///< Unexpected format or stamp, or a library failed.
+  int bad = 0;           ///< Not readable, unexpected format or stamp, or a library failed.
   int frozen = 0;        ///< The same image again.
   int dark = 0;          ///< No contrast.
   int blurred = 0;       ///< Much less sharp than usual.
@@ -43,7 +44,7 @@ struct RunHealth {
   Utime newest = 0;  ///< Time of the newest estimate.
 
   /// Adds a step of the pipeline, and its result; true if that is a new estimate for its image.
-  bool add(const VisionPipeline& pipeline, const VisionEstimate& vision, bool has_image);
+  bool add(const VisionPipeline& pipeline, const VisionEstimate& vision, const FeedStep& step);
 };
 
 }  // namespace dive::estimation

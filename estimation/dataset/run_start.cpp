@@ -61,6 +61,26 @@ StartPosition start_position(const std::optional<TrueState>& truth) {
   return {Vector3d::Zero(), kUnknownSigma};
 }
 
+void move_to(const TrueState& truth, DatasetRun& run) {
+  const auto at = std::find_if(run.estimates.begin(), run.estimates.end(),
+                               [&](const StateEstimate& e) { return e.utime >= truth.utime; });
+  if (at == run.estimates.end() || to_seconds(at->utime - truth.utime) > kTruthGap) return;
+  Pose X;
+  if (truth.has_attitude) {
+    X.q = from_rpy(0.0, 0.0, to_rpy(truth.X_WB.q * at->X_WB.q.conjugate()).z());
+  }
+  X.p = truth.X_WB.p - X.q * at->X_WB.p;
+  const Eigen::Matrix3d R = X.q.toRotationMatrix();
+  for (std::vector<StateEstimate>* const estimates : {&run.estimates, &run.corrected}) {
+    for (StateEstimate& estimate : *estimates) {
+      estimate.X_WB = X * estimate.X_WB;
+      Matrix6d& P = estimate.covariance;
+      P.topRows<3>() = (R * P.topRows<3>()).eval();
+      P.leftCols<3>() = (P.leftCols<3>() * R.transpose()).eval();
+    }
+  }
+}
+
 tl::expected<VisionStart, std::string> vision_start(const Recording& recording,
                                                     const RunOptions& options,
                                                     const std::optional<TrueState>& truth,

@@ -31,6 +31,10 @@ struct StartPosition {
 };
 [[nodiscard]] StartPosition start_position(const std::optional<TrueState>& truth);
 
+/// Moves the estimates to a true pose in their time, by a translation, and by a turn about the
+/// vertical if it has an attitude. Nothing if there is no estimate within 0.2 s after it.
+void move_to(const TrueState& truth, DatasetRun& run);
+
 /// An error if the recording lacks what `options` begin from.
 [[nodiscard]] tl::expected<VisionStart, std::string> vision_start(
     const Recording& recording, const RunOptions& options, const std::optional<TrueState>& truth,

@@ -336,8 +336,52 @@ TEST(DatasetRun, ReportsWhatARecordingLacks) {
   blind.has_true_attitude = false;
   EXPECT_THAT(run_on(blind, options, clock, nothing).error(), HasSubstr("no true poses"));
   Recording torn = *dataset;
-  torn.cameras[0].images[3].path = "/nowhere.png";
-  EXPECT_THAT(run_on(torn, {}, clock, nothing).error(), HasSubstr("/nowhere.png"));
+  for (RecordedImage& image : torn.cameras[0].images) image.path = "/nowhere.png";
+  EXPECT_THAT(run_on(torn, {}, clock, nothing).error(),
+              HasSubstr("no image can be read; the first: /nowhere.png"));
+}
+
+// As in a dive: a fault of each, and the others are used.
+TEST(DatasetRun, LeavesOutImagesThatCannotBeRead) {
+  auto dataset = read_asl_dataset(recording());
+  ASSERT_TRUE(dataset);
+  for (const std::size_t i : {30U, 31U, 80U}) dataset->cameras[0].images[i].path = "/nowhere.png";
+  dataset->cameras[1].images[40].path = "/neither.png";
+  const Judged stereo = judged({}, *dataset);
+  EXPECT_EQ(stereo.run.health.images.bad, 3);
+  EXPECT_EQ(stereo.run.health.images.right_unused, 1);
+  EXPECT_THAT(stereo.run.health.images.last, HasSubstr("/nowhere.png"));
+  EXPECT_EQ(stereo.run.health.failure, "");
+  EXPECT_LT(stereo.rmse_m, 0.03);
+  std::string text;
+  for (const Diagnostic& d : stereo.run.diagnostics.list()) text += render(d, false);
+  EXPECT_THAT(text, HasSubstr("cam0/data.csv: warning: 3 image(s) cannot be read, and are left "
+                              "out; the first: /nowhere.png: no such file"));
+  EXPECT_THAT(text, HasSubstr("cam1/data.csv: warning: 1 image(s) cannot be read, and the left"));
+}
+
+// Truth that begins two seconds after the images scores the run, and does not shorten it.
+TEST(DatasetRun, BeginsBeforeTheTruth) {
+  auto dataset = read_asl_dataset(recording());
+  ASSERT_TRUE(dataset);
+  std::erase_if(dataset->truth,
+                [](const TruePose& pose) { return to_seconds(pose.utime) - kStart < 2.0; });
+  for (TruePose& pose : dataset->truth) {
+    pose.X_WB = Pose{{5.0, -3.0, 1.0}, from_rpy(0.0, 0.0, 2.0)} * pose.X_WB;
+  }
+  const Judged stereo = judged({}, *dataset);
+  EXPECT_EQ(stereo.run.frames, 81);
+  EXPECT_LT(to_seconds(stereo.run.estimates.front().utime) - kStart, 1.0);
+  EXPECT_LT(stereo.rmse_m, 0.04) << "in the frame of the truth";
+  EXPECT_LT(stereo.nees_position, 12.0);
+  EXPECT_TRUE(stereo.run.diagnostics.list().empty());
+
+  RunOptions from_truth;
+  from_truth.start = RunStart::kTruth;
+  const Judged later = judged(from_truth, *dataset);
+  EXPECT_EQ(later.run.frames, 41);
+  ASSERT_EQ(later.run.diagnostics.list().size(), 1U);
+  EXPECT_THAT(later.run.diagnostics.list()[0].message, HasSubstr("40 image(s) before the start"));
 }
 
 }  // namespace

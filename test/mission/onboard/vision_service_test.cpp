@@ -412,9 +412,9 @@ class SameInputs : public VisionServiceTest {
     from.begin = kBegin + 1;
     estimation::RecordingFeed feed(recording_, from);
     std::vector<VisionEstimate> estimates;
-    for (auto step = feed.next(); step && *step; step = feed.next()) {
-      (*step)->input.expected_v_B = published().v_WB_B;
-      estimates.push_back(pipeline.step((*step)->input));
+    while (auto step = feed.next()) {
+      step->input.expected_v_B = published().v_WB_B;
+      estimates.push_back(pipeline.step(step->input));
     }
     return estimates;
   }
