@@ -26,6 +26,16 @@ bool begins_with(const std::vector<std::uint8_t>& bytes, std::string_view magic)
 
 }  // namespace
 
+std::uint32_t BagIndex::topic_index(const BagTopic& topic) {
+  const auto same = std::find_if(topics.begin(), topics.end(), [&](const BagTopic& other) {
+    return other.name == topic.name && other.type == topic.type &&
+           other.serialization == topic.serialization;
+  });
+  const auto index = static_cast<std::uint32_t>(same - topics.begin());
+  if (same == topics.end()) topics.push_back(topic);
+  return index;
+}
+
 tl::expected<FileRange, std::string> FileRange::open(const std::string& path) {
   auto file = open_input(path);
   if (!file) return tl::make_unexpected(file.error());
@@ -92,6 +102,9 @@ tl::expected<std::shared_ptr<BagFile>, std::string> BagFile::open(const std::str
     auto database = scan_sqlite(path);
     if (!database) return fail(database.error());
     return opened(std::move(database->index), std::move(database->load));
+  }
+  if (is_zstd(*begin)) {
+    return fail(fmt::format("compressed as a whole; decompress it first: zstd -d '{}'", path));
   }
   const bool is_ros1 = begins_with(*begin, kRos1Magic);
   if (!is_ros1 && !begins_with(*begin, kMcapMagic)) {

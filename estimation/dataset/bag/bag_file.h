@@ -45,7 +45,11 @@ struct BagChunk {
 struct BagIndex {
   std::vector<BagTopic> topics;
   std::vector<BagChunk> chunks;
-  std::vector<BagMessage> messages;  ///< In the order of the file.
+  std::vector<BagMessage> messages;   ///< In the order of the file.
+  std::vector<std::string> warnings;  ///< What may be missing, as clauses.
+
+  /// Index of the topic of that name, type and serialization, which is added if it is new.
+  [[nodiscard]] std::uint32_t topic_index(const BagTopic& topic);
 };
 
 /// Reads ranges of a file.
@@ -92,6 +96,7 @@ class BagFile {
   [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] const std::vector<BagTopic>& topics() const { return index_.topics; }
   [[nodiscard]] const std::vector<BagMessage>& messages() const { return index_.messages; }
+  [[nodiscard]] const std::vector<std::string>& warnings() const { return index_.warnings; }
 
   /// The bytes of a message, valid until the next call; the last chunks are kept, so that messages
   /// in order are cheap. An error names the file. Not for several threads.

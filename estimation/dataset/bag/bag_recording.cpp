@@ -1,6 +1,7 @@
 #include "estimation/dataset/bag/bag_recording.h"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <numeric>
 #include <utility>
@@ -59,8 +60,9 @@ void put_in_order(std::vector<Sample>& samples, SampleOrigin& origin, Diagnostic
 class BagReading {
  public:
   BagReading(std::shared_ptr<BagFile> bag, SensorTopics topics, Calibration calibration)
-      : bag_(std::move(bag)), topics_(std::move(topics)), shifts_s_(calibration.shifts_s) {
-    recording_ = std::move(calibration.sensors);
+      : bag_(std::move(bag)),
+        topics_(std::move(topics)),
+        recording_(std::move(calibration.sensors)) {
     recording_.source = bag_->path();
     numbers_.resize(bag_->topics().size());
     recording_.imu_origin.file = place(topics_.imu);
@@ -103,6 +105,14 @@ class BagReading {
 
   // Returns what is wrong with the message, if anything.
   std::string take(const BagMessage& message, std::uint32_t number) {
+    std::string wrong = read(message, number);
+    if (wrong.empty()) return wrong;
+    const auto bytes = bag_->read(message);
+    if (!bytes || !is_zstd(*bytes)) return wrong;
+    return "the message is compressed by zstd; decompress the bag's messages with ros2 bag convert";
+  }
+
+  std::string read(const BagMessage& message, std::uint32_t number) {
     const std::size_t topic = message.topic;
     const BagTopic& about = bag_->topics()[topic];
     const auto camera = std::find(topics_.cameras.begin(), topics_.cameras.end(), topic);
@@ -146,7 +156,7 @@ class BagReading {
     const auto stamp = decode_stamp(bytes, topic.serialization);
     if (!stamp) return stamp.error();
     RecordedImage image;
-    image.utime = *stamp + from_seconds(shifts_s_[index]);
+    image.utime = *stamp + from_seconds(recording_.cameras[index].time_shift_s);
     image.path = fmt::format("{}, message {}", place(message.topic), number);
     image.read = [bag = bag_, message, type = topic.type,
                   kind = topic.serialization]() -> tl::expected<ImageFrame, std::string> {
@@ -163,7 +173,10 @@ class BagReading {
   void convert_pressures(double density) {
     if (pressures_.empty()) return;
     std::vector<double> values;
-    for (const PressureSample& sample : pressures_) values.push_back(sample.pressure);
+    for (const PressureSample& sample : pressures_) {
+      if (std::isfinite(sample.pressure)) values.push_back(sample.pressure);
+    }
+    if (values.empty()) values.push_back(kSurface_pa);  // every sample will be refused
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
     std::nth_element(values.begin(), middle, values.end());
     const SampleOrigin& origin = recording_.depth_origin;
@@ -192,7 +205,6 @@ class BagReading {
 
   std::shared_ptr<BagFile> bag_;
   SensorTopics topics_;
-  std::vector<double> shifts_s_;
   Recording recording_;
   std::vector<std::uint32_t> numbers_;  // of messages of each topic until now
   std::vector<PressureSample> pressures_;
@@ -202,6 +214,9 @@ void add_notes(const BagFile& bag, const SensorTopics& chosen, const BagPreset* 
                Diagnostics& diagnostics) {
   SampleOrigin whole;
   whole.file = bag.path();
+  for (const std::string& warning : bag.warnings()) {
+    diagnostics.add(whole.of_all(Severity::kWarning, "BAG", warning, ""));
+  }
   if (preset != nullptr && !preset->is_tested) {
     diagnostics.add(whole.of_all(
         Severity::kWarning, "PRESET",
@@ -213,9 +228,13 @@ void add_notes(const BagFile& bag, const SensorTopics& chosen, const BagPreset* 
   if (chosen.depth) used.push_back(*chosen.depth);
   if (chosen.velocity) used.push_back(*chosen.velocity);
   if (chosen.truth) used.push_back(*chosen.truth);
+  const bool has_poses = std::any_of(bag.topics().begin(), bag.topics().end(),
+                                     [](const auto& topic) { return is_pose_type(topic.type); });
   if (used.size() < bag.topics().size()) {
-    diagnostics.add(whole.of_all(Severity::kNote, "TOPICS",
-                                 "not used: " + list_topics(bag.topics(), used), ""));
+    diagnostics.add(whole.of_all(
+        Severity::kNote, "TOPICS", "not used: " + list_topics(bag.topics(), used),
+        has_poses && !chosen.truth ? "if one of them is the ground truth: --topic truth=NAME"
+                                   : ""));
   }
   if (chosen.truth) {
     diagnostics.add(whole.of_all(Severity::kNote, "TRUTH",

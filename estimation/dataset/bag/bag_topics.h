@@ -10,6 +10,7 @@
 
 #include "estimation/dataset/bag/bag_file.h"
 #include "estimation/dataset/bag/bag_recording.h"
+#include "estimation/dataset/bag/calibration_file.h"
 
 namespace dive::estimation {
 
@@ -22,11 +23,10 @@ struct SensorTopics {
   std::optional<std::size_t> truth;
 };
 
-/// `camera_topics`: the topics in the calibration of each camera; names may be empty. The error is
-/// a clause and ends with the bag's topics.
+/// No two cameras have the same topic. The error is a clause and ends with the bag's topics.
 [[nodiscard]] tl::expected<SensorTopics, std::string> choose_topics(
     std::span<const BagTopic> topics, const BagOptions& options,
-    std::span<const std::string> camera_topics);
+    const CalibratedTopics& calibrated);
 
 /// "/sonar (sonar_msgs/Ping, 12 messages)", separated by commas.
 [[nodiscard]] std::string list_topics(std::span<const BagTopic> topics,

@@ -1,6 +1,7 @@
 #include "estimation/dataset/bag/decompress.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <memory>
 
@@ -61,6 +62,11 @@ Length unpack_zstd(Bytes stored, Buffer& to) {
 }
 
 }  // namespace
+
+bool is_zstd(Bytes bytes) {
+  constexpr std::array<std::uint8_t, 4> kMagic{0x28, 0xB5, 0x2F, 0xFD};
+  return bytes.size() >= kMagic.size() && std::equal(kMagic.begin(), kMagic.end(), bytes.begin());
+}
 
 tl::expected<Buffer, std::string> decompress(std::string_view compression, Bytes stored,
                                              std::uint64_t size) {

@@ -39,7 +39,10 @@ class Scan {
     std::uint64_t at = kMagicBytes;
     while (!ended_) {
       const auto next = read_record(at);
-      if (!next) return Failure(fmt::format("byte {}: {}", at, next.error()));
+      if (!next) {
+        return Failure(fmt::format("byte {}: {}; mcap recover copies what is whole to a new file",
+                                   at, next.error()));
+      }
       at = *next;
     }
     return std::move(index_);
@@ -49,7 +52,7 @@ class Scan {
   // Returns where the next record begins.
   tl::expected<std::uint64_t, std::string> read_record(std::uint64_t at) {
     const auto head = file_.read(at, kRecordHead);
-    if (!head) return Failure(head.error() + ": the data is not ended");
+    if (!head) return Failure(head.error() + ": the recording was not closed");
     ByteReader reader(*head);
     const auto op = reader.take<std::uint8_t>();
     const auto length = reader.take<std::uint64_t>();
@@ -135,9 +138,8 @@ class Scan {
     topic.serialization = encoding == "cdr"    ? Serialization::kCdr
                           : encoding == "ros1" ? Serialization::kRos1
                                                : Serialization::kOther;
-    if (topics_.contains(id)) return {};
-    topics_[id] = static_cast<std::uint32_t>(index_.topics.size());
-    index_.topics.push_back(std::move(topic));
+    // Several nodes may publish a topic, each by a channel.
+    if (!topics_.contains(id)) topics_[id] = index_.topic_index(topic);
     return {};
   }
 

@@ -58,7 +58,10 @@ class Scan {
     std::uint64_t at = kMagicBytes;
     while (at < file_.size()) {
       const auto next = read_record(at);
-      if (!next) return Failure(fmt::format("byte {}: {}", at, next.error()));
+      if (!next) {
+        return Failure(
+            fmt::format("byte {}: {}; rosbag reindex may repair the bag", at, next.error()));
+      }
       at = *next;
     }
     if (!has_header_) return Failure("byte 13: the bag's header record is missing");
@@ -85,16 +88,32 @@ class Scan {
       return Failure(
           fmt::format("a record of {} bytes goes beyond the end of the file", *data_length));
     }
-    if (*op == kFileHeader) has_header_ = true;
     std::string wrong;
+    if (*op == kFileHeader) take_file_header(*fields);
     if (*op == kChunk) wrong = take_chunk(*fields, data_at, *data_length);
-    if (*op == kConnection) {
-      const auto data = file_.read(data_at, *data_length);
-      if (!data) return Failure(data.error());
-      wrong = take_connection(*fields, *data);
+    if (*op == kConnection || *op == kMessage) {
+      wrong = take_unchunked(*op, *fields, data_at, *data_length);
     }
     if (!wrong.empty()) return Failure(wrong);
     return data_at + *data_length;
+  }
+
+  void take_file_header(const Fields& fields) {
+    has_header_ = true;
+    if (number<std::uint64_t>(fields, "index_pos").value_or(0) != 0) return;
+    index_.warnings.emplace_back(
+        "the bag was not closed, so that its end may be missing; rosbag reindex repairs it");
+  }
+
+  // A record outside of chunks: of the index, or of the chunk that was open when the recorder died.
+  std::string take_unchunked(std::uint8_t op, const Fields& fields, std::uint64_t at,
+                             std::uint32_t length) {
+    const BagChunk chunk{at, length, length, "none"};
+    const auto data = read_chunk(file_, chunk);
+    if (!data) return data.error();
+    if (op == kConnection) return take_connection(fields, *data);
+    index_.chunks.push_back(chunk);
+    return take_message(fields, *data, *data);
   }
 
   tl::expected<std::uint32_t, std::string> read_length(std::uint64_t at) const {
@@ -106,6 +125,7 @@ class Scan {
   std::string take_chunk(const Fields& fields, std::uint64_t at, std::uint32_t length) {
     const auto size = number<std::uint32_t>(fields, "size");
     if (!size) return "a chunk's header is damaged";
+    if (length == 0) return {};  // still open: its records follow
     const BagChunk chunk{at, length, *size, text(fields, "compression")};
     const auto bytes = read_chunk(file_, chunk);
     if (!bytes) return bytes.error();
@@ -144,13 +164,7 @@ class Scan {
     topic.type = text(*description, "type");
     topic.serialization = Serialization::kRos1;
     // Several nodes may publish a topic, each by a connection.
-    for (std::uint32_t i = 0; i < index_.topics.size(); ++i) {
-      if (index_.topics[i].name != topic.name || index_.topics[i].type != topic.type) continue;
-      topics_[*id] = i;
-      return {};
-    }
-    topics_[*id] = static_cast<std::uint32_t>(index_.topics.size());
-    index_.topics.push_back(std::move(topic));
+    topics_[*id] = index_.topic_index(topic);
     return {};
   }
 

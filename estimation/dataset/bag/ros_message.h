@@ -19,7 +19,8 @@ struct PressureSample {
   double pressure = 0.0;
 };
 
-/// sensor_msgs/Imu. The errors of all functions here are clauses with the reason.
+/// sensor_msgs/Imu. The errors of all functions here are clauses with the reason. Values may be
+/// those of no measurement, such as NaN: screen_samples() refuses them.
 [[nodiscard]] tl::expected<ImuSample, std::string> decode_imu(Bytes bytes, Serialization kind);
 
 [[nodiscard]] tl::expected<PressureSample, std::string> decode_pressure(Bytes bytes,

@@ -136,10 +136,10 @@ tl::expected<ScannedDatabase, std::string> scan_sqlite(const std::string& path) 
   std::map<sqlite3_int64, std::uint32_t> topics;
   const auto named = database->for_each(
       "SELECT id, name, type, serialization_format FROM topics", [&](sqlite3_stmt* row) {
-        topics[sqlite3_column_int64(row, 0)] = static_cast<std::uint32_t>(index.topics.size());
         const bool is_cdr = text(row, 3) == "cdr";
-        index.topics.push_back({text(row, 1), ros1_name(text(row, 2)),
-                                is_cdr ? Serialization::kCdr : Serialization::kOther, 0});
+        topics[sqlite3_column_int64(row, 0)] =
+            index.topic_index({text(row, 1), ros1_name(text(row, 2)),
+                               is_cdr ? Serialization::kCdr : Serialization::kOther, 0});
         return std::string();
       });
   if (!named) return Failure(named.error());
@@ -156,6 +156,12 @@ tl::expected<ScannedDatabase, std::string> scan_sqlite(const std::string& path) 
         return {};
       });
   if (!listed) return Failure(listed.error());
+  if (const auto journal = FileRange::open(path + "-wal"); journal && journal->size() > 0) {
+    index.warnings.push_back(fmt::format(
+        "the recording was not closed: what is in {0}-wal is not read; add it to the bag with "
+        "sqlite3 '{0}' 'PRAGMA wal_checkpoint'",
+        path));
+  }
   return ScannedDatabase{std::move(index),
                          [database](const BagChunk& chunk) { return database->data_of(chunk); }};
 }

@@ -92,6 +92,7 @@ class Bag : public ::testing::Test {
                         "gyroscope_random_walk: 1.9e-5\naccelerometer_noise_density: 2.0e-3\n"
                         "accelerometer_random_walk: 3.0e-3\n");
     options.calibration = {folder + "/camchain.yaml", folder + "/imu.yaml"};
+    options.topics["truth"] = "/truth";
   }
 
   [[nodiscard]] std::string write(const std::string& content) const {
@@ -274,6 +275,8 @@ TEST_F(Bag, ReportsTopicsThatCannotBeChosen) {
   std::vector<Written> all = messages(Wire::kRos1);
   all.push_back(testing::imu_message(Wire::kRos1, "/other_imu", kStart, gyro(0), accel(0)));
   const std::string two = testing::ros1_bag(all, "none", 99);
+  EXPECT_EQ(error_of(two), "it is read") << "the calibration names /imu0";
+  options.calibration.pop_back();
   EXPECT_THAT(error_of(two), HasSubstr("2 topics of IMUs: choose with --topic imu=NAME; its "
                                        "topics: /imu0 (sensor_msgs/Imu, 40 messages)"));
   options.topics["imu"] = "/other_imu";

@@ -185,7 +185,7 @@ Written compressed_message(Wire wire, const std::string& topic, std::uint64_t ns
 std::string ros1_bag(const std::vector<Written>& messages, const std::string& compression,
                      std::size_t per_chunk) {
   const Fields header = {{"op", "\x03"},
-                         {"index_pos", le(std::uint64_t{0})},
+                         {"index_pos", le(std::uint64_t{4096})},
                          {"conn_count", le(std::uint32_t{0})},
                          {"chunk_count", le(std::uint32_t{0})}};
   std::string bag = "#ROSBAG V2.0\n" + ros1_record(header, std::string(64, ' '));

@@ -351,7 +351,7 @@ TEST(Estimate, ReadsBagsAsItReadsFolders) {
   write_here("swim.bag", estimation::testing::ros1_bag(swim_messages(Wire::kRos1), "lz4", 500));
   write_here("ros2/swim_0.mcap", estimation::testing::mcap(swim_messages(Wire::kCdr), "zstd", 500));
   write_here("ros2/metadata.yaml", "rosbag2_bagfile_information: {}\n");
-  const std::string calibration = " --calibration swim/mav0/cam0/sensor.yaml";
+  const std::string calibration = " --calibration swim/mav0/cam0/sensor.yaml --topic truth=/truth";
   for (const char* const bag : {"swim.bag", "ros2/swim_0.mcap", "ros2"}) {
     const Ran ran = run_here(std::string("estimate ") + bag + calibration + of_estimator);
     ASSERT_EQ(ran.status, 0) << bag << ran.err;
@@ -368,6 +368,8 @@ TEST(Estimate, ReadsBagsAsItReadsFolders) {
       {"swim.bag", "swim.bag: a bag has no calibration; give it with --calibration"},
       {"swim.bag --topic wing=/a" + calibration, "--topic wing=/a: SENSOR=NAME is expected"},
       {"swim.bag --topic imu=/camera" + calibration, "/camera is of type sensor_msgs/Image"},
+      {"swim.bag --topic cam0=/camera --topic cam1=/camera" + calibration + calibration,
+       "cam0 and cam1 are both /camera"},
       {"swim --preset euroc", "swim: --calibration, --preset and --topic are for a bag"},
       {"swim.bag --preset moon" + calibration, "moon"}};
   for (const auto& [arguments, words] : bad) {
@@ -420,7 +422,8 @@ TEST(Estimate, EstimatesFromABagWhatItEstimatesFromTheFolder) {
   write_here("V1_01.bag", estimation::testing::ros1_bag(all, "bz2", 30));
   const std::string how = " --init truth --no-depth --json";
   const Ran bag = run_here(
-      fmt::format("estimate V1_01.bag --preset euroc --calibration {}{}", real.string(), how));
+      fmt::format("estimate V1_01.bag --preset euroc --topic truth=/truth --calibration {}{}",
+                  real.string(), how));
   ASSERT_EQ(bag.status, 0) << bag.err;
   EXPECT_THAT(bag.err, HasSubstr("preset euroc is untested"));
   const Ran folder = run_here("estimate " + real.string() + how);
