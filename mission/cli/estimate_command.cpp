@@ -17,6 +17,7 @@
 #include "common/input_file.h"
 #include "estimation/dataset/asl_dataset.h"
 #include "estimation/dataset/bag/bag_recording.h"
+#include "estimation/dataset/bag/calibration_file.h"
 #include "estimation/dataset/dataset_run.h"
 #include "estimation/dataset/recording_check.h"
 #include "estimation/dataset/trajectory.h"
@@ -176,7 +177,8 @@ tl::expected<std::string, std::string> file_in(const std::string& path) {
   std::error_code error;
   for (const auto& entry : fs::directory_iterator(path, error)) {
     const fs::path extension = entry.path().extension();
-    if (extension == ".mcap" || extension == ".bag" || extension == ".db3") {
+    if (extension == ".mcap" || extension == ".bag" || extension == ".db3" ||
+        extension == ".zstd") {
       found.push_back(entry.path().string());
     }
   }
@@ -186,16 +188,43 @@ tl::expected<std::string, std::string> file_in(const std::string& path) {
       fmt::format("{}: it has {} bags; give one of them", path, found.size()));
 }
 
+// A folder in the ASL format. A calibration that is given, or that is found beside one without
+// sensor.yaml files, is used instead of them.
+tl::expected<Recording, std::string> read_folder(const std::string& path,
+                                                 const EstimateArguments& arguments) {
+  if (!arguments.preset.empty() || !arguments.topics.empty()) {
+    return tl::make_unexpected(path + ": --preset and --topic apply to a bag, and this is not one");
+  }
+  std::vector<std::string> files = arguments.calibration;
+  Diagnostic found;
+  if (files.empty() && estimation::lacks_asl_calibration(path)) {
+    files = estimation::calibration_beside(path);
+    if (files.empty()) {
+      return tl::make_unexpected(path +
+                                 ": imu0 has no sensor.yaml; give the calibration of cameras and "
+                                 "IMU with --calibration");
+    }
+    found.message = fmt::format("calibration: {}", fmt::join(files, ", "));
+  }
+  if (files.empty()) return estimation::read_asl_dataset(path);
+  auto calibration = estimation::read_calibration(files);
+  if (!calibration) return tl::make_unexpected(calibration.error());
+  if (!found.message.empty()) {
+    found.code = "CALIBRATION";
+    found.severity = Severity::kNote;
+    found.file = path;
+    calibration->sensors.diagnostics.add(std::move(found));
+  }
+  return estimation::read_asl_dataset(path, std::move(calibration->sensors));
+}
+
 tl::expected<Recording, std::string> read_recording(const EstimateArguments& arguments) {
   const auto file = file_in(arguments.folder);
   if (!file) return tl::make_unexpected(file.error());
   const std::string& path = *file;
-  if (!is_regular_file(path)) {
-    if (arguments.calibration.empty() && arguments.preset.empty() && arguments.topics.empty()) {
-      return estimation::read_asl_dataset(path);
-    }
-    return tl::make_unexpected(
-        path + ": --calibration, --preset and --topic are for a bag, and this is none");
+  if (is_folder(path)) return read_folder(path, arguments);
+  if (const auto opened = open_input(path); !opened) {
+    return tl::make_unexpected(fmt::format("{}: {}", path, opened.error()));
   }
   estimation::BagOptions options;
   options.calibration = arguments.calibration;
@@ -244,7 +273,7 @@ void report_run(const EstimateArguments& arguments, const estimation::RunOptions
                 const Inputs& inputs, const DatasetRun& run) {
   const Recording& recording = inputs.recording;
   const auto& images = recording.cameras[0].images;
-  const double duration_s = to_seconds(images.back().utime - images.front().utime);
+  const double duration_s = to_seconds(images.back().utime - run.begin);
   const Accuracy accuracy = accuracy_of(recording, run.estimates);
   std::optional<Accuracy> with_loops;
   if (arguments.loops) with_loops = accuracy_of(recording, run.corrected);
@@ -275,7 +304,7 @@ void report_run(const EstimateArguments& arguments, const estimation::RunOptions
 int run_estimate(const EstimateArguments& arguments) {
   const auto options = options_of(arguments);
   if (!options) return kExitUsage;
-  const std::optional<Inputs> inputs = read_inputs(arguments, *options);
+  std::optional<Inputs> inputs = read_inputs(arguments, *options);
   if (!inputs) return kExitUsage;
   tl::expected<Result, int> file = open_result(arguments.output, arguments.force);
   if (!file) return file.error();
@@ -287,6 +316,10 @@ int run_estimate(const EstimateArguments& arguments) {
   if (!run) {
     complain(run.error());
     return kExitUsage;
+  }
+  print_diagnostics(run->diagnostics);
+  for (const Diagnostic& warning : run->diagnostics.list()) {
+    inputs->recording.diagnostics.add(warning);
   }
   if (*file) {
     const Estimates& estimates = options->loops ? run->corrected : run->estimates;

@@ -147,7 +147,12 @@ TEST(Estimate, PrintsTheErrorAsText) {
 TEST(Estimate, RefusesWhatItCannotRead) {
   const Ran none = run_here("estimate nowhere");
   EXPECT_EQ(none.status, 2);
-  EXPECT_THAT(none.err, HasSubstr("nowhere: no dataset in the ASL format"));
+  EXPECT_THAT(none.err, HasSubstr("nowhere: no such file"));
+  write_here("empty/file.txt", "");
+  EXPECT_THAT(run_here("estimate empty").err, HasSubstr("empty: no dataset in the ASL format"));
+  const Ran missing = run_here("estimate nowhere.bag --calibration c.yaml");
+  EXPECT_EQ(missing.status, 2);
+  EXPECT_THAT(missing.err, HasSubstr("nowhere.bag: no such file"));
   EXPECT_EQ(run_here("estimate").status, 2);
   EXPECT_EQ(run_here("estimate swim --init somehow").status, 2);
   write_swim();
@@ -368,9 +373,9 @@ TEST(Estimate, ReadsBagsAsItReadsFolders) {
       {"swim.bag", "swim.bag: a bag has no calibration; give it with --calibration"},
       {"swim.bag --topic wing=/a" + calibration, "--topic wing=/a: SENSOR=NAME is expected"},
       {"swim.bag --topic imu=/camera" + calibration, "/camera is of type sensor_msgs/Image"},
+      {"swim --preset euroc", "swim: --preset and --topic apply to a bag, and this is not one"},
       {"swim.bag --topic cam0=/camera --topic cam1=/camera" + calibration + calibration,
        "cam0 and cam1 are both /camera"},
-      {"swim --preset euroc", "swim: --calibration, --preset and --topic are for a bag"},
       {"swim.bag --preset moon" + calibration, "moon"}};
   for (const auto& [arguments, words] : bad) {
     const Ran refused = run_here("estimate " + arguments);
@@ -378,6 +383,38 @@ TEST(Estimate, ReadsBagsAsItReadsFolders) {
     EXPECT_EQ(refused.out, "");
     EXPECT_THAT(refused.err, HasSubstr(words));
   }
+}
+
+// TUM-VI's exported folders have their calibration beside mav0, by Kalibr.
+TEST(Estimate, ReadsAFolderWithTheCalibrationThatIsGiven) {
+  write_swim();
+  const std::string command = "estimate swim --estimator primitive --json";
+  const auto expected = nlohmann::json::parse(run_here(command).out).at("ate_m");
+  for (const char* sensor : {"imu0", "cam0"}) {
+    fs::remove(own_folder() / "swim/mav0" / sensor / "sensor.yaml");
+  }
+  const Ran none = run_here(command);
+  EXPECT_EQ(none.status, 2);
+  EXPECT_THAT(none.err, HasSubstr("give the calibration of cameras and IMU with --calibration"));
+  write_here("swim/dso/camchain.yaml",
+             "cam0:\n  T_cam_imu: [[0, -1, 0, 0], [0, 0, -1, 0], [1, 0, 0, 0], [0, 0, 0, 1]]\n"
+             "  camera_model: pinhole\n  intrinsics: [190, 190, 254, 256]\n"
+             "  distortion_model: equidistant\n  distortion_coeffs: [0, 0, 0, 0]\n"
+             "  resolution: [512, 512]\n  rostopic: /cam0/image_raw\n");
+  write_here("swim/dso/imu_config.yaml",
+             "accelerometer_noise_density: 0.0028\naccelerometer_random_walk: 0.00086\n"
+             "gyroscope_noise_density: 0.00016\ngyroscope_random_walk: 0.000022\n"
+             "rostopic: /imu0\nupdate_rate: 200.0\n");
+  const Ran beside = run_here(command);
+  ASSERT_EQ(beside.status, 0) << beside.err;
+  EXPECT_EQ(nlohmann::json::parse(beside.out).at("ate_m"), expected);
+  EXPECT_THAT(beside.err, HasSubstr("calibration: swim/dso/camchain.yaml, swim/dso/imu_config"));
+  fs::rename(own_folder() / "swim/dso", own_folder() / "kalibr");
+  const Ran given = run_here(
+      command + " --calibration kalibr/camchain.yaml --calibration kalibr/imu_config.yaml");
+  ASSERT_EQ(given.status, 0) << given.err;
+  EXPECT_EQ(nlohmann::json::parse(given.out).at("ate_m"), expected);
+  fs::remove_all(own_folder() / "kalibr");
 }
 
 /// The rows of a data.csv without its comments, each split at commas.
