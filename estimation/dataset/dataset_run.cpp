@@ -133,7 +133,6 @@ struct Unreadable {
     if (!error.empty() && images++ == 0) first = error;
   }
   void warn(const SampleOrigin& origin, const char* consequence, Diagnostics& diagnostics) const {
-    if (images == 0) return;
     diagnostics.add(origin.of_all(
         Severity::kWarning, "IMAGE",
         fmt::format("{} image(s) cannot be read, {}; the first: {}", images, consequence, first),
@@ -171,7 +170,7 @@ tl::expected<DatasetRun, std::string> run_with(Estimator& estimator, RecordingFe
     progress(static_cast<double>(done) / static_cast<double>(frames));
   }
   if (left.images == run.frames) return Failure("no image can be read; the first: " + left.first);
-  left.warn(camera.images_origin, "and are left out", run.diagnostics);
+  if (left.images > 0) left.warn(camera.images_origin, "and are left out", run.diagnostics);
   if (right.images > 0) {
     right.warn(recording.cameras[1].images_origin, "and the left ones are used alone",
                run.diagnostics);

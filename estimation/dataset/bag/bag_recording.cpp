@@ -74,6 +74,7 @@ class BagReading {
     }
     for (std::size_t i = 0; i < topics_.cameras.size(); ++i) {
       recording_.cameras[i].images_origin.file = place(topics_.cameras[i]);
+      wide_bits_.push_back(std::make_shared<int>(16));
     }
   }
 
@@ -84,6 +85,7 @@ class BagReading {
       if (wrong.empty()) continue;
       return Failure(fmt::format("{}, message {}: {}", place(message.topic), number, wrong));
     }
+    for (std::size_t i = 0; i < topics_.cameras.size(); ++i) find_wide_bits(i);
     Diagnostics& diagnostics = recording_.diagnostics;
     put_in_order(recording_.imu, recording_.imu_origin, diagnostics);
     put_in_order(recording_.velocity, recording_.velocity_origin, diagnostics);
@@ -158,15 +160,38 @@ class BagReading {
     RecordedImage image;
     image.utime = *stamp + from_seconds(recording_.cameras[index].time_shift_s);
     image.path = fmt::format("{}, message {}", place(message.topic), number);
-    image.read = [bag = bag_, message, type = topic.type,
-                  kind = topic.serialization]() -> tl::expected<ImageFrame, std::string> {
+    image.read = [bag = bag_, message, type = topic.type, kind = topic.serialization,
+                  bits = wide_bits_[index]]() -> tl::expected<ImageFrame, std::string> {
       const auto read = bag->read(message);
       if (!read) return Failure(read.error());
-      return decode_image(*read, type, kind);
+      return decode_image(*read, type, kind, *bits);
     };
     recording_.cameras[index].images.push_back(std::move(image));
     recording_.cameras[index].images_origin.lines.push_back(number);
     return {};
+  }
+
+  // Cameras of 10, 12 or 14 bits write them into 16. Nine images, because some are dark.
+  void find_wide_bits(std::size_t camera) {
+    constexpr std::size_t kImages = 9;
+    const std::size_t topic = topics_.cameras[camera];
+    std::vector<BagMessage> messages;
+    for (const BagMessage& message : bag_->messages()) {
+      if (message.topic == topic) messages.push_back(message);
+    }
+    const BagTopic& about = bag_->topics()[topic];
+    int used = 0;
+    for (std::size_t i = 0; i < kImages; ++i) {
+      const auto bytes = bag_->read(messages[i * (messages.size() - 1) / (kImages - 1)]);
+      if (bytes) used = std::max(used, used_bits(*bytes, about.type, about.serialization));
+    }
+    if (used == 0 || used > 14) return;
+    *wide_bits_[camera] = std::max(10, used + used % 2);
+    recording_.diagnostics.add(recording_.cameras[camera].images_origin.of_all(
+        Severity::kNote, "IMAGE-BITS",
+        fmt::format("its images of 16 bits use {} of them and are read as such",
+                    *wide_bits_[camera]),
+        ""));
   }
 
   // Hydrostatics. The unit is Pa by the message's definition, but some drivers give hPa.
@@ -206,7 +231,8 @@ class BagReading {
   std::shared_ptr<BagFile> bag_;
   SensorTopics topics_;
   Recording recording_;
-  std::vector<std::uint32_t> numbers_;  // of messages of each topic until now
+  std::vector<std::shared_ptr<int>> wide_bits_;  // of each camera's images with 16 bits
+  std::vector<std::uint32_t> numbers_;           // of messages of each topic until now
   std::vector<PressureSample> pressures_;
 };
 

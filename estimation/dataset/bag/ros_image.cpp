@@ -1,6 +1,7 @@
 // Images in messages.
 
 #include <algorithm>
+#include <bit>
 
 #include <fmt/format.h>
 
@@ -21,7 +22,7 @@ constexpr const char* kCompressed = "sensor_msgs/CompressedImage";
 // How the pixels of an encoding become grey.
 struct Encoding {
   std::size_t bytes = 0;  ///< Bytes of a pixel.
-  bool is_wide = false;   ///< 16 bits, of which the upper eight are kept.
+  bool is_wide = false;   ///< 16 bits, of which the upper eight of those that are used are kept.
   int red = 0;            ///< Positions of colours; all zero for grey.
   int green = 0;
   int blue = 0;
@@ -40,7 +41,24 @@ tl::expected<Encoding, std::string> encoding_of(std::string_view name) {
                   name));
 }
 
-tl::expected<ImageFrame, std::string> read_raw(MessageReader& reader, Utime utime) {
+// A sensor_msgs/Image after its header.
+struct RawImage {
+  std::size_t width = 0;
+  std::size_t height = 0;
+  std::size_t step = 0;  ///< Bytes of a row.
+  bool is_big_endian = false;
+  Encoding encoding;
+  Bytes data;
+
+  [[nodiscard]] const std::uint8_t* row(std::size_t y) const { return data.data() + y * step; }
+  [[nodiscard]] unsigned wide(const std::uint8_t* pixel) const {
+    const unsigned first = pixel[0];
+    const unsigned second = pixel[1];
+    return is_big_endian ? first << 8U | second : second << 8U | first;
+  }
+};
+
+tl::expected<RawImage, std::string> read_raw(MessageReader& reader) {
   const auto height = reader.take<std::uint32_t>();
   const auto width = reader.take<std::uint32_t>();
   const std::string_view name = reader.take_text();
@@ -55,34 +73,37 @@ tl::expected<ImageFrame, std::string> read_raw(MessageReader& reader, Utime utim
     return Failure(fmt::format("an image of {} x {} pixels, rows of {} bytes, in {} bytes", width,
                                height, step, data.size()));
   }
+  return RawImage{width, height, step, is_big_endian, *encoding, data};
+}
+
+ImageFrame to_frame(const RawImage& raw, int wide_bits) {
   ImageFrame frame;
-  frame.utime = utime;
-  frame.width = static_cast<int>(width);
-  frame.height = static_cast<int>(height);
-  frame.pixels.reserve(static_cast<std::size_t>(width) * height);
-  for (std::size_t y = 0; y < height; ++y) {
-    const std::uint8_t* pixel = data.data() + y * step;
-    for (std::size_t x = 0; x < width; ++x, pixel += encoding->bytes) {
-      frame.pixels.push_back(
-          encoding->is_wide ? pixel[is_big_endian ? 0 : 1]
-          : encoding->bytes == 1
+  frame.width = static_cast<int>(raw.width);
+  frame.height = static_cast<int>(raw.height);
+  frame.pixels.reserve(raw.width * raw.height);
+  const Encoding& encoding = raw.encoding;
+  for (std::size_t y = 0; y < raw.height; ++y) {
+    const std::uint8_t* pixel = raw.row(y);
+    for (std::size_t x = 0; x < raw.width; ++x, pixel += encoding.bytes) {
+      const unsigned grey =
+          encoding.is_wide ? std::min(raw.wide(pixel) >> static_cast<unsigned>(wide_bits - 8), 255U)
+          : encoding.bytes == 1
               ? *pixel
-              : luma(pixel[encoding->red], pixel[encoding->green], pixel[encoding->blue]));
+              : luma(pixel[encoding.red], pixel[encoding.green], pixel[encoding.blue]);
+      frame.pixels.push_back(static_cast<std::uint8_t>(grey));
     }
   }
   return frame;
 }
 
-tl::expected<ImageFrame, std::string> read_compressed(MessageReader& reader, Utime utime) {
+tl::expected<ImageFrame, std::string> read_compressed(MessageReader& reader) {
   static_cast<void>(reader.take_text());  // the format, which writers state in many ways
   const Bytes data = reader.take_array();
   if (!reader.ok()) return Failure("the image is shorter than it states");
   constexpr std::uint8_t kJpegStart[] = {0xFF, 0xD8};
   const bool is_jpeg =
       data.size() > 2 && std::equal(std::begin(kJpegStart), std::end(kJpegStart), data.begin());
-  auto frame = is_jpeg ? decode_gray_jpeg(data) : decode_gray_png(data);
-  if (frame) frame->utime = utime;
-  return frame;
+  return is_jpeg ? decode_gray_jpeg(data) : decode_gray_png(data);
 }
 
 }  // namespace
@@ -91,12 +112,37 @@ bool is_image_type(std::string_view type) {
   return type == "sensor_msgs/Image" || type == kCompressed;
 }
 
+int used_bits(Bytes bytes, std::string_view type, Serialization kind) {
+  if (type == kCompressed) return 0;
+  MessageReader reader(bytes, kind);
+  static_cast<void>(reader.take_header());
+  const auto raw = read_raw(reader);
+  if (!raw || !raw->encoding.is_wide) return 0;
+  unsigned greatest = 0;
+  for (std::size_t y = 0; y < raw->height; ++y) {
+    const std::uint8_t* const row = raw->row(y);
+    for (std::size_t x = 0; x < raw->width; ++x) {
+      greatest = std::max(greatest, raw->wide(row + 2 * x));
+    }
+  }
+  return static_cast<int>(std::bit_width(greatest));
+}
+
 tl::expected<ImageFrame, std::string> decode_image(Bytes bytes, std::string_view type,
-                                                   Serialization kind) {
+                                                   Serialization kind, int wide_bits) {
   MessageReader reader(bytes, kind);
   const Utime utime = reader.take_header();
   if (!reader.ok() || utime < 0) return Failure("the image has no header");
-  return type == kCompressed ? read_compressed(reader, utime) : read_raw(reader, utime);
+  if (type == kCompressed) {
+    auto frame = read_compressed(reader);
+    if (frame) frame->utime = utime;
+    return frame;
+  }
+  const auto raw = read_raw(reader);
+  if (!raw) return Failure(raw.error());
+  ImageFrame frame = to_frame(*raw, wide_bits);
+  frame.utime = utime;
+  return frame;
 }
 
 }  // namespace dive::estimation

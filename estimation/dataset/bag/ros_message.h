@@ -48,7 +48,12 @@ struct PressureSample {
 [[nodiscard]] bool is_image_type(std::string_view type);
 /// sensor_msgs/Image with 8 or 16 bits grey, or 8 bits in three or four colours, and
 /// sensor_msgs/CompressedImage with a PNG or JPEG image: as grey with 8 bits.
+/// `wide_bits`: how many of 16 bits are used, from 8 to 16.
 [[nodiscard]] tl::expected<ImageFrame, std::string> decode_image(Bytes bytes, std::string_view type,
-                                                                 Serialization kind);
+                                                                 Serialization kind,
+                                                                 int wide_bits = 16);
+
+/// Bits of the greatest value in an image with 16 bits grey; 0 for other images and damaged ones.
+[[nodiscard]] int used_bits(Bytes bytes, std::string_view type, Serialization kind);
 
 }  // namespace dive::estimation

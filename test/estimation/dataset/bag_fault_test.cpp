@@ -159,6 +159,27 @@ TEST_F(BagFault, CompressionOutsideOfChunks) {
   EXPECT_THAT(each.error(), HasSubstr("the message is compressed by zstd"));
 }
 
+// The upper eight bits of 16 would be nearly black.
+TEST_F(BagFault, ImagesOf12BitsIn16) {
+  std::vector<Written> all = plain_messages(Wire::kRos1);
+  std::erase_if(all, [](const Written& message) { return message.topic == "/camera"; });
+  for (const char* const upper : {"\x01", "\x0F"}) {
+    std::string pixels;
+    for (int i = 0; i < 8; ++i) pixels += std::string("\x20") + upper;
+    all.push_back(testing::image_message(Wire::kRos1, "/camera", at(all.size() == 20 ? 0 : 10),
+                                         "mono16", 4, 2, 8, pixels));
+  }
+  const auto recording = read(testing::ros1_bag(all, "none", 99));
+  ASSERT_TRUE(recording) << recording.error();
+  const int expected[] = {0x12, 0xF2};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto frame = read_image(recording->cameras[0].images[i], 0);
+    ASSERT_TRUE(frame) << frame.error();
+    EXPECT_EQ(frame->pixels[3], expected[i]);
+  }
+  EXPECT_THAT(text_of(*recording), HasSubstr("its images of 16 bits use 12 of them"));
+}
+
 TEST_F(BagFault, PosesWithoutATopicForTheTruth) {
   std::vector<Written> all = plain_messages(Wire::kRos1);
   all.push_back(testing::pose_message(Wire::kRos1, "/goal", at(1), {{9, 9, 9}, {1, 0, 0, 0}}));
