@@ -21,9 +21,9 @@ constexpr double kGoodImuRate_hz = 100.0;         // below it, motion between sa
 constexpr double kMaxImuRate_hz = 20'000.0;       // no IMU is faster
 constexpr double kImageGap_s = 1.0;               // what is reported; in periods if they are long
 constexpr double kImageGapPeriods = 3.0;
-constexpr double kClockJump_s = 3600.0;
-constexpr double kRateTolerance = 0.2;  // of the rate that sensor.yaml states
-constexpr double kMaxEndGap_s = 0.1;    // of images without IMU samples
+constexpr double kClockJump_s = 3600.0;  // too long to dead-reckon
+constexpr double kRateTolerance = 0.2;   // of the rate that sensor.yaml states
+constexpr double kMaxEndGap_s = 0.1;     // of images without IMU samples
 
 struct Interval {
   Utime begin = 0;
@@ -107,20 +107,22 @@ class RecordingCheck {
     const auto& list = recording_.cameras[0].images;
     const double limit_s = std::max(kImageGap_s, kImageGapPeriods * median_step(list));
     std::size_t gaps = 0;
-    std::size_t first = 0;
+    std::size_t longest = 0;
     double longest_s = 0.0;
     for (std::size_t i = 1; i < list.size(); ++i) {
       const double step_s = to_seconds(list[i].utime - list[i - 1].utime);
       if (step_s <= limit_s) continue;
-      if (gaps++ == 0) first = i;
+      ++gaps;
+      if (step_s > longest_s) longest = i;
       longest_s = std::max(longest_s, step_s);
     }
     if (gaps == 0) return;
+    const bool is_jump = longest_s > kClockJump_s;
     add(recording_.cameras[0].images_origin.at(
-        first, Severity::kWarning, "IMAGE-GAP",
-        fmt::format("{} gap(s) without images, the longest of {:.3f} s; the first ends here", gaps,
+        longest, is_jump && !visual_ ? Severity::kError : Severity::kWarning, "IMAGE-GAP",
+        fmt::format("{} gap(s) without images; the longest, of {:.3f} s, ends here", gaps,
                     longest_s),
-        longest_s < kClockJump_s ? "" : "if a clock was set, give the recording in two parts"));
+        is_jump ? "if a clock was set, give the recording in two parts" : ""));
   }
 
   void check_times() {

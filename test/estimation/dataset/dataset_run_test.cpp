@@ -360,6 +360,24 @@ TEST(DatasetRun, LeavesOutImagesThatCannotBeRead) {
   EXPECT_THAT(text, HasSubstr("cam1/data.csv: warning: 1 image(s) cannot be read, and the left"));
 }
 
+// A clock that was set while recording: years pass between two images.
+TEST(DatasetRun, OutlivesAClockThatJumps) {
+  auto dataset = read_asl_dataset(recording());
+  ASSERT_TRUE(dataset);
+  const auto jump = [](auto& samples) {
+    for (auto& sample : samples) {
+      if (to_seconds(sample.utime) - kStart > 2.0) sample.utime += 1'600'000'000'000'000;
+    }
+  };
+  jump(dataset->imu);
+  jump(dataset->depth);
+  jump(dataset->truth);
+  for (RecordedCamera& camera : dataset->cameras) jump(camera.images);
+  const Judged stereo = judged({}, *dataset);
+  EXPECT_EQ(stereo.run.frames, 81);
+  EXPECT_EQ(stereo.run.health.restarts.size(), 1U);
+}
+
 // Truth that begins two seconds after the images scores the run, and does not shorten it.
 TEST(DatasetRun, BeginsBeforeTheTruth) {
   auto dataset = read_asl_dataset(recording());

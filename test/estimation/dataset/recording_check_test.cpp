@@ -165,7 +165,9 @@ TEST(RecordingCheck, ReportsWhatCannotBeEstimated) {
                {[](Recording& r) { keep_each(r.imu, 50); },
                 "at 4 Hz; the primitive estimator needs at least 10 Hz"},
                {[](Recording& r) { shift(r.depth, 5'000'000); },
-                "depth0/data.csv: error: its samples are from 6.000 s"}},
+                "depth0/data.csv: error: its samples are from 6.000 s"},
+               {[](Recording& r) { r.cameras[0].images[19].utime += 1'600'000'000'000'000; },
+                "cam0/data.csv:21: error: 1 gap(s) without images"}},
               primitive);
   primitive.use_depth = false;
   expect_each({{[](Recording&) {}, "pool: error: the primitive estimator needs the depth"}},
@@ -189,7 +191,7 @@ TEST(RecordingCheck, WarnsOfWhatMakesTheEstimateWorse) {
        {[](Recording& r) { r.truth[4].X_WB.q.coeffs().setZero(); },
         "truth/data.csv:6: warning: a true attitude whose quaternion is not of length 1"},
        {[](Recording& r) { r.cameras[0].images[19].utime += 5'000'000; },
-        "cam0/data.csv:21: warning: 1 gap(s) without images, the longest of 5.050 s"},
+        "cam0/data.csv:21: warning: 1 gap(s) without images; the longest, of 5.050 s, ends here"},
        {[](Recording& r) { r.imu[7].gyro_B.x() = -50.0; },
         "imu0/data.csv:9: warning: 1 sample(s) at or beyond 5.2 rad/s"},
        {[](Recording& r) { keep_each(r.imu, 2); }, "at 100 Hz; its calibration states 200 Hz"},
