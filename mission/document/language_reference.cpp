@@ -22,17 +22,17 @@ void add_once(std::vector<std::string>& list, const std::string& word) {
   if (std::ranges::find(list, word) == list.end()) list.push_back(word);
 }
 
-// Adds an element, and where its type is new, the elements in it.
+// Adds an element, and the elements in it where its type is new or known by other names only.
 void add(const Language& language, const ChildRule& element, const std::string& place,
          std::vector<Section>& sections) {
   const auto known = std::ranges::find(sections, element.type, &Section::type);
   const bool is_new = known == sections.end();
   if (is_new) sections.push_back({element.type, {}, {}});
   Section& section = is_new ? sections.back() : *known;
-  const auto is_named = [&](const ChildRule* other) { return other->name == element.name; };
-  if (std::ranges::none_of(section.elements, is_named)) section.elements.push_back(&element);
   if (!place.empty()) add_once(section.places, place);
-  if (!is_new) return;
+  const auto is_named = [&](const ChildRule* other) { return other->name == element.name; };
+  if (std::ranges::any_of(section.elements, is_named)) return;
+  section.elements.push_back(&element);
   for (const ChildRule& child : language.type_rule(element.type).child_list) {
     add(language, child, element.name, sections);
   }

@@ -61,6 +61,28 @@ TEST(LanguageReference, StatesValueUnitDefaultAndChildren) {
   EXPECT_THAT(page, HasSubstr("<a id=\"element-lamp\"></a>\n## `lamp`\n\nIn `buoy`.\n\n"));
 }
 
+TEST(LanguageReference, ElementsOfASharedTypeStandWhereverItDoes) {
+  constexpr const char* kShared = R"(<?xml version="1.0"?>
+<xs:schema xmlns:xs="http://www.w3.org/2001/XMLSchema" xmlns="urn:t" targetNamespace="urn:t">
+  <xs:element name="buoy" type="Buoy"/>
+  <xs:complexType name="Buoy">
+    <xs:sequence>
+      <xs:element name="top" type="Mark" minOccurs="0"/>
+      <xs:element name="bottom" type="Mark" minOccurs="0"/>
+    </xs:sequence>
+  </xs:complexType>
+  <xs:complexType name="Mark">
+    <xs:sequence>
+      <xs:element name="lamp" type="Lamp" minOccurs="0"/>
+    </xs:sequence>
+  </xs:complexType>
+  <xs:complexType name="Lamp"/>
+</xs:schema>)";
+  const std::string page = language_reference(Language({"t.xsd", kShared, "buoy", "urn:t"}));
+  EXPECT_THAT(page, HasSubstr("## `top`, `bottom`\n\nIn `buoy`.\n"));
+  EXPECT_THAT(page, HasSubstr("## `lamp`\n\nIn `top`, `bottom`.\n"));
+}
+
 // Every element and attribute of the example may stand there, and all required ones do.
 void expect_valid(const Language& language, const XmlElement& element, const std::string& type) {
   const ElementRule& rule = language.type_rule(type);
