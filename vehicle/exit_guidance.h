@@ -1,6 +1,6 @@
 #pragma once
 // Brings the vehicle home without executive and plan: holds, follows the exit path by dead
-// reckoning on depth, compass and the efforts of the flippers, then ascends. Position fixes, where
+// reckoning on depth, compass and the efforts of the flippers, then ascends. Map fixes, where
 // the owner has them, correct the dead reckoning from the begin of the hold on. One set of rules
 // for the supervisor, the vehicle's own timeout and the executive's fallback
 // (doc/decisions/no-commands.md).
@@ -36,7 +36,7 @@ class ExitGuidance {
   static constexpr double kSurfaceTime = 2.0;   ///< Time at the surface until it counts, s.
 
   /// For a vehicle with that motion model. `fixes`: what is expected of dead reckoning and map,
-  /// present where position fixes are proposed; the exit path replaces its sigma at the start.
+  /// present where map fixes are proposed; the exit path replaces its sigma at the start.
   explicit ExitGuidance(const MotionModel& motion = {},
                         std::optional<estimation::MapFixOptions> fixes = std::nullopt);
 
@@ -62,7 +62,7 @@ class ExitGuidance {
   [[nodiscard]] Command step(Utime now);
 
   [[nodiscard]] ExitPhase phase() const { return phase_; }
-  /// Dead reckoning from the exit path's pose on, with position fixes: `map_from_odom` is what they
+  /// Dead reckoning from the exit path's pose on, with map fixes: `map_from_odom` is what they
   /// have corrected. Without them the covariance of the position is that of the exit path.
   [[nodiscard]] const estimation::StateEstimate& estimate() const { return estimate_; }
   /// Speed through the water, m/s.
@@ -94,7 +94,7 @@ class ExitGuidance {
   /// Horizontal position by odometry with the exit path's scale and current, m.
   Eigen::Vector2d reckoned_W_ = Eigen::Vector2d::Zero();
   std::optional<estimation::MapFixOptions> fixes_;
-  /// By position fixes, on top of these; from begin() on.
+  /// By map fixes, on top of these; from begin() on.
   std::optional<estimation::FrameCorrection> correction_;
   estimation::StateEstimate estimate_;
   Follower follower_;

@@ -1,6 +1,6 @@
 #pragma once
 // The exit path: how the vehicle leaves its present place without the executive, by depth and
-// compass, and by position fixes where there are any. The executive makes it; supervisor, vehicle
+// compass, and by map fixes where there are any. The executive makes it; supervisor, vehicle
 // and the executive's own fallback follow it (vehicle/exit_guidance.h).
 
 #include <cstddef>

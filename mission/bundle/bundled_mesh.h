@@ -1,6 +1,6 @@
 #pragma once
 // The triangles of a map's meshes in a bundle. Of a log the convex pieces are enough, because a
-// replay repeats position fixes and scans; a dive compares its scans with the triangles.
+// replay repeats map fixes and scans; a dive compares its scans with the triangles.
 
 #include <string>
 #include <vector>

@@ -196,7 +196,7 @@ struct Mission {
   /// The vehicle never receives it.
   std::optional<UnknownPolicy> unknown;
   std::optional<Located<MappingSensor>> mapping_sensor;  ///< As written; see mapping_sensor().
-  bool allows_fixes = true;     ///< In a known map: position fixes from scans of the range camera.
+  bool allows_fixes = true;     ///< In a known map: map fixes from scans of the range camera.
   bool trusts_absence = false;  ///< Mapped objects that scans see through leave the map.
   Span trusts_absence_span;     ///< Position of `trust_absence`, if it is given.
   /// Span of information="prefer", if that is given: paths where scans tell the position.

@@ -9,7 +9,7 @@
 // Once it follows or ascends, it keeps the vehicle to the surface: the executive's position would
 // be wrong. vehicle::ExitGuidance has the rules of holding, following and ascending.
 //
-// Position fixes are used while it holds or follows, if they are of the executive's map.
+// Map fixes are used while it holds or follows, if they are of the executive's map.
 
 #include <cstdint>
 #include <functional>
@@ -54,7 +54,7 @@ struct SupervisorReport {
   int holds = 0;                  ///< Number of times it held the vehicle.
   int given_back = 0;             ///< Number of times it gave the vehicle back.
   bool followed = false;          ///< It followed an exit path.
-  int fixes = 0;                  ///< Number of position fixes that it used.
+  int fixes = 0;                  ///< Number of map fixes that it used.
   bool blindly = false;           ///< It ascended without knowing open water above.
   bool surfaced = false;          ///< At the surface by the depth sensor.
   bool presumed = false;          ///< At the surface by time only, without a depth sensor.

@@ -15,7 +15,7 @@ void listen(link::Bus& bus, const char* channel, Clock& clock, Supervision& supe
   bus.listen<Value>(channel, [&](const Value& value) { supervision.receive(value, clock.now()); });
 }
 
-/// Position fixes from the scans of the range camera, on a worker.
+/// Map fixes from the scans of the range camera, on a worker.
 class Fixes {
  public:
   Fixes(const SupervisedMap& map, link::Bus& bus, Clock& clock, Supervision& supervision)

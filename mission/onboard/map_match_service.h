@@ -1,5 +1,5 @@
 #pragma once
-// Position fixes from scans of the range camera, or of the stereo pair, in a known map, on a worker
+// Map fixes from scans of the range camera, or of the stereo pair, in a known map, on a worker
 // thread. The fix of a
 // scan is delivered a stated time after its submission, not when the machine is ready, so that a
 // simulated dive is the same on every machine. What it finds enters the log, so that a replay needs

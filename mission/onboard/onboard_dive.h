@@ -85,7 +85,7 @@ class OnboardDive {
   PlannerService planner_;
   std::optional<VisionService> vision_;     ///< Present with the visual-inertial estimator.
   std::optional<MapperService> mapper_;     ///< Present with a mapping sensor.
-  std::optional<MapMatchService> matcher_;  ///< Present with position fixes in a known map.
+  std::optional<MapMatchService> matcher_;  ///< Present with map fixes in a known map.
   std::optional<Executive> executive_;      ///< From run() on.
   planning::ObservedMap map_;               ///< The owner's; all others have snapshots.
   Utime began_ = 0;

@@ -30,7 +30,7 @@ enum class FaultKind {
   /// An obstacle appears on the trail 2 m back, once that place is 1.5 m away, and is observed.
   kBlocked,
   kAbort,        ///< Topside requests an abort.
-  kRangeSilent,  ///< No more scans, in an unknown environment.
+  kRangeSilent,  ///< No more scans.
   kRangeFrozen,  ///< The last scan is repeated, with new stamps.
   // With the visual-inertial estimator:
   kCameraBlackout,      ///< Black images.
