@@ -57,7 +57,7 @@ std::vector<std::string> checklist(const Mission& mission, const CheckReport& re
   }
   lines.emplace_back("Free disk for log and journal; no old dive.journal");
   lines.emplace_back("Supervisor runs (dive supervise), dive status answers");
-  lines.emplace_back("Abort tried from topside (dive abort), divers and boat informed");
+  lines.emplace_back("Abort tried from topside (dive abort --lcm URL), divers and boat informed");
   lines.push_back(fmt::format(
       "Released at x {:g} m east, y {:g} m north (within {:g} m), {}, heading {:03.0f}\u00b0",
       mission.start.x.value, mission.start.y.value, 2.0 * mission.priors.start_m,

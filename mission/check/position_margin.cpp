@@ -101,9 +101,9 @@ class Predicted {
 };
 
 std::string remedy(const Mission& mission) {
-  const std::string other = "plan another path (another goal between, a larger clearance)";
+  const std::string other = "add a goal or raise the clearance, so that the path leads elsewhere";
   if (uses_map_fixes(mission)) {
-    return other + ", or let the path pass surfaces on two sides that the range camera sees";
+    return other + ", or lead it past surfaces on two sides that the range camera can observe";
   }
   return other +
          ", or let fixes correct the position: a range camera (fixes=\"on\"), or tags and "
@@ -187,12 +187,12 @@ void check_position_margins(const Route& route, const std::vector<PlannedRouteLe
     const LegMargin& margin = legs[i].margin;
     if (margin.margin_sigma >= kSafeMargin) continue;
     const std::string message = fmt::format(
-        "on the way to '{}' the vehicle passes {} at {:.2f} m, at ({:.1f}, {:.1f}, {:.1f}), where "
-        "its "
-        "position is uncertain by {:.2f} m: {:.1f} sigmas are left, less than {:g}",
-        legs[i].goal, margin.obstacle_name, margin.clearance_m, margin.place_W.x(),
-        margin.place_W.y(), margin.place_W.z(), margin.sigma_m, margin.margin_sigma,
-        margin.margin_sigma < kLeastMargin ? kLeastMargin : kSafeMargin);
+        "leg '{}': margin {:.1f} sigma, less than {:g}: at ({:.1f}, {:.1f}, {:.1f}) the path "
+        "passes {} at {:.2f} m, and one sigma of the position is {:.2f} m",
+        legs[i].goal, margin.margin_sigma,
+        margin.margin_sigma < kLeastMargin ? kLeastMargin : kSafeMargin, margin.place_W.x(),
+        margin.place_W.y(), margin.place_W.z(), margin.obstacle_name, margin.clearance_m,
+        margin.sigma_m);
     if (margin.margin_sigma < kLeastMargin) {
       diagnostics.error("CHK-MARGIN", mission.source, route.legs[i].span, message, remedy(mission));
     } else {

@@ -1,8 +1,8 @@
 #pragma once
-// The sub-commands of `dive`. Each returns the exit status: 0 success, 1 the mission failed or was
-// aborted, 2 wrong usage or invalid input, 3 an internal error or a result that could not be
-// written, 4 the vehicle's dive has not ended (`dive run --lcm`), 128 + N a second signal N ended
-// the process.
+// The sub-commands of `dive`. Each returns the exit status: 0 success, 1 a negative result: the
+// mission or test failed, the dive was aborted, or the files differ, 2 wrong usage or invalid
+// input, 3 an internal error or a result that could not be written, 4 the vehicle's dive has not
+// ended (`dive run --lcm`), 128 + N a second signal N ended the process.
 
 #include <cstdint>
 #include <optional>
@@ -113,7 +113,7 @@ struct SimArguments {
 };
 
 struct SuperviseArguments {
-  std::string mission;  ///< A mission, or a verified bundle; empty: no position fixes.
+  std::string mission;  ///< A mission, or a verified bundle; empty: no map fixes.
   std::string vehicle;  ///< Description of the vehicle; empty: the bundle's, or the Aqua2's.
   double command_timeout_s = to_seconds(vehicle::kCommandTimeout);
   bool allow_outside = false;  ///< Read meshes outside of the map's folder.

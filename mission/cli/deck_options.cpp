@@ -65,10 +65,9 @@ void add_check(CLI::App& app, CheckArguments& arguments) {
       "  dive check --rules                        every rule and its code\n\n"
       "Checks a mission: document, map, a certified plan for every leg, the exit path from every\n"
       "leg, time and energy, and simulated dives, each with different errors of vehicle, sensors\n"
-      "and map, drawn from its seed. Exit status 0: ready to dive; 1: a simulated dive collides or "
-      "is "
-      "not\n"
-      "survived, or too many end otherwise than planned; 2: it cannot work, or cannot be read.");
+      "and map, drawn from its seed. Exit status 0: ready to dive; 1: a simulated dive\n"
+      "collides or does not end safely, or too many end otherwise than planned; 2: it cannot\n"
+      "work, or cannot be read.");
   command->add_option("MISSION", arguments.mission, "Mission file (XML)")->type_name("FILE");
   command->add_flag("--static", arguments.static_only, "Skip the simulated dives");
   command
@@ -340,7 +339,7 @@ void add_fit(CLI::App& app, FitArguments& arguments) {
       "  dive fit dive-runs/*.lcmlog --output my_aqua2.urdf      each dive checks the others' fit\n"
       "  dive fit monday*.lcmlog --validate tuesday*.lcmlog --output my_aqua2.urdf\n"
       "  dive run missions/wreck.xml --vehicle my_aqua2.urdf     dives with the fitted model\n\n"
-      "Fits the vehicle's motion model to logs of dives with position fixes; others are left out.\n"
+      "Fits the vehicle's motion model to logs of dives with fixes; others are left out.\n"
       "Prints each coefficient with its standard deviation, and the open-loop error before and "
       "after\n"
       "on dives that were not fitted. Ground truth is not used. Exit status 0: better than before; "

@@ -165,7 +165,7 @@ void add_sim(CLI::App& app, SimArguments& arguments) {
       "ground-truth result. For a mission in an unknown environment it sends the scans of a range\n"
       "camera in the simulated world; for a visual-inertial mission it sends images and IMU "
       "samples.\n"
-      "Exit status 0: no collision.");
+      "Exit status 0: no collision, and the dive ended within --for; 1: otherwise.");
   command
       ->add_option("MISSION", arguments.mission, "Mission file (XML), or a map (SDF) with --start")
       ->type_name("FILE")

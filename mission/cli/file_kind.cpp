@@ -98,9 +98,9 @@ bool is_text_of(FileKind expected, const std::string& path, Diagnostics& diagnos
   diagnostic.file = path;
   diagnostic.message = fmt::format("this is {}, not {}", in_words(kind), in_words(expected));
   diagnostic.hint = kind == FileKind::kBundle
-                        ? "dive run, graph and diff take a bundle; for all else give the mission "
-                          "that it was made of"
-                        : "dive explain, report, replay, diff and export take a log";
+                        ? "dive run, supervise, graph, diff and replay --mission take a bundle; "
+                          "give other commands the mission that it was made of"
+                        : "dive explain, report, replay, diff, export and fit take a log";
   diagnostics.add(std::move(diagnostic));
   return false;
 }

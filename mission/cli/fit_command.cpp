@@ -61,7 +61,7 @@ bool read_into(std::vector<MotionRecord>& records, const std::vector<std::string
 bool can_be_checked(std::size_t fitted, std::size_t held_out) {
   if (fitted >= 2 || (fitted == 1 && held_out > 0)) return true;
   complain(fitted == 0
-               ? "there is no dive to fit to: give logs of dives with position fixes"
+               ? "there is no dive to fit to: give logs of dives with fixes"
                : "a fit to one dive cannot be checked: give more logs, or others with --validate");
   return false;
 }

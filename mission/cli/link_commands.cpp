@@ -179,7 +179,8 @@ void print_json_report(const VehicleReport& report) {
 }
 
 int print_status(link::Bus& bus, Clock& clock, const TopsideArguments& arguments) {
-  const tl::expected<VehicleStatus, std::string> received = listen(bus, clock, arguments.timeout_s);
+  const tl::expected<VehicleStatus, std::string> received =
+      listen(bus, arguments.link.url, clock, arguments.timeout_s);
   if (!received) {
     complain(received.error());
     return kExitFailed;
@@ -217,9 +218,9 @@ int print_status(link::Bus& bus, Clock& clock, const TopsideArguments& arguments
                     heartbeat.finished ? " (finished)" : ""));
   print(fmt::format("  {:.1f} m deep, to go {:.1f} m and {:.0f} s, failsafe rung {}",
                     status.depth_m, status.distance_to_go_m, status.time_to_go_s, status.rung));
-  print(fmt::format("  where it is: {} estimator, one sigma {:.2f} m", estimator, sigma_m));
+  print(fmt::format("  position: {} estimator, one sigma {:.2f} m", estimator, sigma_m));
   if (std::isfinite(status.margin_sigma)) {
-    print(fmt::format("  margin to the obstacles ahead: {:.1f} sigmas", status.margin_sigma));
+    print(fmt::format("  margin to the obstacles ahead: {:.1f} sigma", status.margin_sigma));
   }
   if (health) {
     print(fmt::format("  battery {:.0f} %, {:.1f} V, {:.1f} A, {:.0f} degrees, {}",
@@ -277,8 +278,8 @@ bool set_motion_and_map(const SuperviseArguments& arguments, SupervisorSettings&
   const Mission& mission = dive->mission;
   if (!uses_map_fixes(mission) || maps_with_stereo(mission)) {
     note(
-        fmt::format("dive: {}: it takes no position fixes from a range camera: the exit path will "
-                    "be followed by dead reckoning",
+        fmt::format("dive: {}: it uses no map fixes from a range camera: the exit path will be "
+                    "followed by dead reckoning",
                     arguments.mission));
     return true;
   }
@@ -373,7 +374,7 @@ int run_topside(const TopsideArguments& arguments) {
   SteadyClock clock;
   if (!arguments.command) return print_status(*bus, clock, arguments);
   const tl::expected<link::RequestResult, std::string> result =
-      ask(*arguments.command, *bus, clock, arguments.timeout_s);
+      ask(*arguments.command, *bus, arguments.link.url, clock, arguments.timeout_s);
   if (!result) {
     complain(result.error());
     return kExitFailed;

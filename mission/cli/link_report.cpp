@@ -62,25 +62,26 @@ std::vector<std::string> describe(const LinkStats& stats) {
   lines.push_back(fmt::format("{} control tick(s), {} skipped", stats.ticks, stats.skipped));
   if (!stats.lateness_ms.empty()) {
     lines.push_back(fmt::format(
-        "late by {:.2f} ms in the median, {:.2f} ms at the 99th, {:.2f} ms at the 99.9th "
-        "percentile, {:.2f} ms at most",
+        "control loop late by {:.2f} ms (median), {:.2f} ms (99 %), {:.2f} ms (99.9 %), {:.2f} ms "
+        "(most)",
         quantile(stats.lateness_ms, 0.5), quantile(stats.lateness_ms, 0.99),
         quantile(stats.lateness_ms, 0.999), quantile(stats.lateness_ms, 1.0)));
   }
   if (!stats.abort_ms.empty()) {
-    lines.push_back(fmt::format("{:.1f} ms from the arrival of an abort to the command that obeys",
-                                quantile(stats.abort_ms, 1.0)));
+    lines.push_back(
+        fmt::format("{:.1f} ms from the arrival of an abort to the command that executes it",
+                    quantile(stats.abort_ms, 1.0)));
   }
   const link::Refusals& refused = stats.refused;
   lines.push_back(fmt::format(
-      "operator requests refused: {} not authenticated, {} repeated, {} too late; {} abort(s) too "
-      "many; {} jump(s) of a sensor's clock",
+      "operator requests refused: {} not authenticated, {} repeated, {} too late; {} abort(s) "
+      "beyond the rate limit; {} jump(s) of a sensor's clock",
       refused.auth_failed, refused.replayed, refused.stale, refused.rate_limited,
       stats.clock_jumps));
   const link::Rejections& rejections = stats.rejections;
   lines.push_back(fmt::format(
-      "packets rejected: {} malformed, {} not authenticated, {} repeated, {} of senders not "
-      "confirmed, {} beyond their sender's allowance",
+      "packets rejected: {} malformed, {} not authenticated, {} repeated, {} from unconfirmed "
+      "senders, {} beyond their sender's allowance",
       rejections.malformed, rejections.unauthenticated, rejections.repeated, rejections.unconfirmed,
       rejections.crowded_out));
   if (!stats.cameras) return lines;

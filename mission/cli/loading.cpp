@@ -64,7 +64,8 @@ std::optional<LoadedVehicle> load_vehicle(const std::string& path, Diagnostics& 
   if (!model->hips_B.allFinite()) {
     diagnostics.error(
         "URDF-HIPS", urdf, urdf.span_at(0, 1),
-        fmt::format("the vehicle '{}' has no flippers: only an Aqua2 can be dived", model->name),
+        fmt::format("the vehicle '{}' has no flippers: dive steers vehicles with six flippers only",
+                    model->name),
         "name its six hips left_front, left_mid, left_rear, right_front, ...");
     return std::nullopt;
   }

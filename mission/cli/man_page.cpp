@@ -85,7 +85,8 @@ std::string synopsis(const CommandEntry& command) {
 constexpr const char* kExitStatus =
     ".SH EXIT STATUS\n"
     ".TP\n0\nsuccess\n"
-    ".TP\n1\nthe mission or the test failed, or the dive was aborted\n"
+    ".TP\n1\na negative result: the mission or test failed, the dive was aborted, or the files "
+    "differ\n"
     ".TP\n2\nwrong usage, or invalid or unreadable input\n"
     ".TP\n3\nan internal error, or a result that could not be written\n"
     ".TP\n4\nthe dive of the vehicle has not ended (dive run with an LCM URL)\n"

@@ -70,10 +70,10 @@ int run_new(const NewArguments& arguments) {
       arguments.file.empty() ? arguments.kind + ".xml" : arguments.file;
   const std::string name = path.stem().string();
   if (path.extension() != ".xml" || !is_id(name, *kind)) {
-    complain(fmt::format(
-        "{}: a mission file is NAME.xml, its name of at most 64 letters, digits, '-' and '_', and "
-        "beginning with a letter: it is the mission's id",
-        path.string()));
+    complain(
+        fmt::format("{}: name the file ID.xml; ID becomes the mission's id: at most 64 letters, "
+                    "digits, '-' and '_', beginning with a letter",
+                    path.string()));
     return kExitUsage;
   }
   const std::string map_path = std::filesystem::path(path).replace_extension(".sdf").string();

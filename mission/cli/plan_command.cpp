@@ -310,7 +310,7 @@ bool is_usable(const PlanArguments& arguments) {
     return false;
   }
   if (!arguments.unit.empty() && arguments.cloud.empty()) {
-    complain("--unit is that of a --cloud, and none is given");
+    complain("--unit applies to a point cloud: give --cloud FILE");
     return false;
   }
   if (places == 1 && !is_of_its_kind(arguments)) return false;

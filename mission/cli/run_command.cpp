@@ -280,7 +280,9 @@ int dive_linked(const RunArguments& arguments, const LoadedMission& loaded, Stop
   settings.resume = recording->resume();
   settings.vision = vision;
   if (!bus->has_key()) {
-    note("dive: without --key packets are not authenticated: topside can only abort");
+    note(
+        "dive: without --key packets are not authenticated, so abort is the only command accepted "
+        "from topside");
   }
   settings.local_abort = [&signals] { return signals.take(); };
   settings.has_journaled_commands = [&recording] { return recording->has_journaled_commands(); };
@@ -346,7 +348,7 @@ bool fit_each_other(const RunArguments& arguments) {
     return false;
   }
   if (!is_linked && !arguments.cameras.empty()) {
-    complain("--cameras are those of a vehicle: give its --lcm URL");
+    complain("--cameras applies to a vehicle: give --lcm URL");
     return false;
   }
   return true;

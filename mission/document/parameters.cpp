@@ -205,7 +205,7 @@ void ParameterReader::unknown_parameter(const Scope& scope, std::size_t opening,
   std::string hint = did_you_mean(name, known);
   if (hint.empty()) hint = "declare it in 'parameters' of this file";
   error(scope, scope.source->span_at(opening, name.size() + 3),
-        known.empty() ? fmt::format("there is no parameter '{}' here; there is none", name)
+        known.empty() ? fmt::format("there is no parameter '{}' here; none is declared", name)
                       : fmt::format("there is no parameter '{}' here; there is {}", name,
                                     fmt::join(known, ", ")),
         std::move(hint));

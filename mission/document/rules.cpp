@@ -75,7 +75,7 @@ constexpr Rule kRules[] = {
     {"MIS-MAPPING-SENSOR", Severity::kError,
      "Mapping with cameras requires estimator=\"visual_inertial\"."},
     {"MIS-NEEDS-FIXES", Severity::kError,
-     "trust_absence and information=\"prefer\" require position fixes."},
+     "trust_absence and information=\"prefer\" require map fixes."},
     {"MIS-ABSENCE", Severity::kError,
      "trust_absence requires a sensor that maps what the known map lacks."},
     {"MIS-TAG-DUPLICATE", Severity::kError, "No two tags have the same id."},

@@ -37,7 +37,7 @@ bool has_fixes_for(const char* name, const Span& span, const Subject& subject) {
   if (uses_map_fixes(mission)) return true;
   const bool has_tags = !mission.tags.empty();
   subject.error("MIS-NEEDS-FIXES", span,
-                fmt::format("'{}' requires position fixes, which {}", name,
+                fmt::format("'{}' requires map fixes, which {}", name,
                             has_tags ? "a mission with tags does not use" : "are turned off"),
                 fmt::format("remove {}, or '{}'", has_tags ? "the tags" : "fixes=\"off\"", name));
   return false;

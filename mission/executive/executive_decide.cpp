@@ -71,7 +71,8 @@ void Executive::Impl::collect_events(const StepInputs& inputs) {
   const bool had_trusted = std::exchange(trail_is_trusted, situation.progress.trusts_trail);
   if (trail_is_trusted && !had_trusted) {
     note(
-        "by the map the vehicle is inside an obstacle: follows its trail whatever is mapped on it");
+        "by the map the vehicle is inside an obstacle: it follows its trail, whatever the map has "
+        "on it");
   }
 }
 
@@ -151,7 +152,7 @@ void Executive::Impl::process_events() {
 void Executive::Impl::skip() {
   const char* cause = "topside commanded skip";
   if (!behavior.is_missions()) {
-    return note("topside commanded skip, but the mission is not in command");
+    return note("skip ignored: the mission does not command the vehicle");
   }
   const StateId state = *behavior.state();
   const std::string& id = machine.chart.states[static_cast<std::size_t>(state)].id;

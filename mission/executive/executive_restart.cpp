@@ -71,7 +71,7 @@ void Executive::Impl::resume(const Resume& from) {
 
 void Executive::Impl::resume_by_policy(double gap_s) {
   if (mission.resume == ResumePolicy::kSurface) {
-    runner.set_abort_cause("restarted, and the mission says surface");
+    runner.set_abort_cause("restarted; the mission's <resume> specifies surface");
   } else if (gap_s > mission.max_gap_s.value) {
     runner.set_abort_cause(
         fmt::format("restarted after {:.0f} s, more than {:g} s", gap_s, mission.max_gap_s.value));

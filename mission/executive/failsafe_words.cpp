@@ -66,7 +66,7 @@ std::string describe(FailsafeKind kind, const Mission& mission, const Situation&
     case FailsafeKind::kLocalisationLost:
       return fmt::format(
           "at ({:.1f}, {:.1f}, {:.1f}) {:.2f} m are left, and the position is uncertain by {:.2f} "
-          "m: {:.1f} sigmas, less than {:g}",
+          "m: {:.1f} sigma, less than {:g}",
           situation.margin.place_W.x(), situation.margin.place_W.y(), situation.margin.place_W.z(),
           situation.margin.clearance_m, situation.margin.sigma_m, situation.margin.margin_sigma,
           limit);

@@ -44,18 +44,18 @@ std::optional<std::string> Localization::propose(const MapFix& fix, bool depth_i
   const MapFixProblem before = std::exchange(fix_problem_, fix.problem);
   const bool is_used = correction_.propose(fix);
   if (fix.problem == before) return std::nullopt;
-  if (is_used) return "position fixes from the map again";
+  if (is_used) return "map fixes again";
   switch (fix.problem) {
     case MapFixProblem::kNone:
       return std::nullopt;
     case MapFixProblem::kFewPoints:
-      return fmt::format("no position fix: {} points of the scan lie on the map, {} do not",
-                         fix.used, fix.gated);
+      return fmt::format("no map fix: {} points of the scan lie on the map, {} do not", fix.used,
+                         fix.gated);
     case MapFixProblem::kAmbiguous:
-      return fmt::format("no position fix: another place fits the scan {:.0f} % as well",
+      return fmt::format("no map fix: another place fits the scan {:.0f} % as well",
                          100.0 * fix.ambiguity);
     case MapFixProblem::kNoScan:
-      return "no position fix: the range camera repeats its scan, or sends no ranges";
+      return "no map fix: the range camera repeats its scan, or sends no ranges";
   }
   return std::nullopt;
 }

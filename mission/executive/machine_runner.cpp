@@ -86,7 +86,7 @@ void MachineRunner::dispatch(const Event& event) {
   if (outputs_.transitions.size() == before && !evaluated_.empty()) {
     outputs_.actions.push_back(
         {ActionRecord::Kind::kNote,
-         fmt::format("{} leads nowhere: {}", event.name, describe_guards())});
+         fmt::format("{}: no transition taken: {}", event.name, describe_guards())});
   }
   variables_.state_elapsed = state_elapsed_s();
 }

@@ -42,14 +42,14 @@ std::string shortcoming(const estimation::MotionRecord& motion) {
            "the executive's commands";
   }
   if (motion.fixes.empty()) {
-    return "the log has no position fixes: dive in a known map with the range camera (without "
+    return "the log has no fixes: dive in a known map with the range camera (without "
            "fixes=\"off\"), or with estimator=\"visual_inertial\"";
   }
   const estimation::WindowOptions windows;
   if (estimation::usable_windows(motion, windows) > 0) return {};
   return fmt::format(
       "the log is too short: it has no {:g} s under water with attitude, depth and at least {} "
-      "position fixes; dive longer in view of what the map contains",
+      "fixes; dive longer in view of what the map contains",
       windows.length_s, windows.min_fixes);
 }
 

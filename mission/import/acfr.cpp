@@ -93,7 +93,7 @@ class Reader {
   std::optional<ForeignMission> read(const XmlElement& root) {
     if (root.name != "mission") {
       elements_.error(root.span,
-                      fmt::format("this is not a mission of ACFR's: the root is '{}'", root.name));
+                      fmt::format("this is not an ACFR mission: the root is '{}'", root.name));
       return std::nullopt;
     }
     ForeignMission mission;

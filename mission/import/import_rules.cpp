@@ -15,9 +15,8 @@ constexpr double kRatedDepth = 37.0;  // m, of the Aqua2, as published in 2010 (
 using Eigen::Vector2d;
 
 constexpr Rule kRules[] = {
-    {"IMP-ACFR", Severity::kError, "The file is a mission of ACFR's that can be converted."},
-    {"IMP-QGC", Severity::kError,
-     "The file is a plan of QGroundControl's for an underwater vehicle."},
+    {"IMP-ACFR", Severity::kError, "The file is an ACFR mission that can be converted."},
+    {"IMP-QGC", Severity::kError, "The file is a QGroundControl plan for an underwater vehicle."},
     {"IMP-UNKNOWN", Severity::kWarning, "Every element of the file is known."},
     {"IMP-PRIMITIVE", Severity::kWarning,
      "Every primitive in the file exists in the file's own software."},

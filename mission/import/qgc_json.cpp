@@ -50,8 +50,7 @@ class PlanReader {
     if (!report_.ok()) return {};
     if (!plan.is_object() || !plan.contains("mission") || !plan["mission"].is_object() ||
         !plan["mission"].contains("items") || !plan["mission"]["items"].is_array()) {
-      error(report_, Span{1, 1, 1},
-            "this is not a plan of QGroundControl's: it has no mission.items");
+      error(report_, Span{1, 1, 1}, "this is not a QGroundControl plan: it has no mission.items");
       return {};
     }
     report_keys(plan);

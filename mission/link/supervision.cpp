@@ -54,7 +54,7 @@ void Supervision::receive(const link::ExitPathMessage& message) {
   guidance_.set_exit_path(message.path);
   const bool is_new = std::exchange(map_digest_, message.map_digest) != message.map_digest;
   if (is_new && settings_.map && settings_.map->digest != message.map_digest) {
-    log_("the executive has another map: the exit path is followed without position fixes");
+    log_("the executive has another map: the exit path is followed without map fixes");
   }
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "mission/record/log_codec.h"
+#include "vehicle/link/udpm_url.h"
 
 namespace dive::mission {
 namespace {
@@ -10,17 +11,21 @@ namespace {
 constexpr Utime kSayAgain = 100'000;  // us
 constexpr double kForHealth = 1.5;    // s: status arrives once a second
 
-std::string no_executive(const link::Bus& bus, double timeout_s) {
+std::string no_executive(const link::Bus& bus, const std::string& url, double timeout_s) {
+  const tl::expected<link::UdpmUrl, std::string> parsed = link::parse_udpm_url(url);
+  const bool is_local = parsed && parsed->ttl == 0;
   return fmt::format(
-      "no heartbeat of an executive arrived for {:g} s: is `dive run --lcm` running, with the same "
-      "URL{}?",
-      timeout_s, bus.has_key() ? " and the same key" : "");
+      "no heartbeat of an executive within {:g} s on {}: is `dive run --lcm` running with this "
+      "URL{}?{}",
+      timeout_s, url, bus.has_key() ? " and the same key" : "",
+      is_local ? " From another machine give --lcm with ttl=1" : "");
 }
 
 }  // namespace
 
 tl::expected<link::RequestResult, std::string> ask(OperatorCommand command, link::Bus& bus,
-                                                   Clock& clock, double timeout_s) {
+                                                   const std::string& url, Clock& clock,
+                                                   double timeout_s) {
   std::optional<link::Heartbeat> heartbeat;
   std::optional<link::OperatorRequest> request;
   std::optional<link::RequestResult> result;
@@ -49,11 +54,12 @@ tl::expected<link::RequestResult, std::string> ask(OperatorCommand command, link
              [&] { return result.has_value() || (heartbeat.has_value() && !request.has_value()); });
   }
   if (result) return *result;
-  if (!heartbeat) return tl::unexpected(no_executive(bus, timeout_s));
+  if (!heartbeat) return tl::unexpected(no_executive(bus, url, timeout_s));
   return tl::unexpected(fmt::format("the executive did not answer within {:g} s", timeout_s));
 }
 
-tl::expected<VehicleStatus, std::string> listen(link::Bus& bus, Clock& clock, double timeout_s) {
+tl::expected<VehicleStatus, std::string> listen(link::Bus& bus, const std::string& url,
+                                                Clock& clock, double timeout_s) {
   VehicleStatus received;
   bool has_heartbeat = false;
   bool has_status = false;
@@ -82,7 +88,7 @@ tl::expected<VehicleStatus, std::string> listen(link::Bus& bus, Clock& clock, do
                            [&](const HealthSample& sample) { received.health = sample; });
   const Utime deadline = clock.now() + from_seconds(timeout_s);
   const auto has_all = [&] { return has_heartbeat && has_status && has_estimate; };
-  if (!bus.wait(clock, deadline, has_all)) return tl::unexpected(no_executive(bus, timeout_s));
+  if (!bus.wait(clock, deadline, has_all)) return tl::unexpected(no_executive(bus, url, timeout_s));
   bus.wait(clock, std::min(deadline, clock.now() + from_seconds(kForHealth)),
            [&] { return received.health.has_value(); });
   return received;

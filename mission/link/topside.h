@@ -12,11 +12,12 @@
 
 namespace dive::mission {
 
-/// Sends `command` repeatedly until it is answered. The error is a sentence: no executive received
-/// within `timeout_s`, or no answer.
+/// Sends `command` repeatedly until it is answered. `url` is that of the bus, for messages. The
+/// error is a sentence: no executive received within `timeout_s`, or no answer.
 [[nodiscard]] tl::expected<link::RequestResult, std::string> ask(OperatorCommand command,
-                                                                 link::Bus& bus, Clock& clock,
-                                                                 double timeout_s);
+                                                                 link::Bus& bus,
+                                                                 const std::string& url,
+                                                                 Clock& clock, double timeout_s);
 
 struct VehicleStatus {
   link::Heartbeat heartbeat;
@@ -26,7 +27,8 @@ struct VehicleStatus {
 };
 
 /// The executive's status, as soon as one is received.
-[[nodiscard]] tl::expected<VehicleStatus, std::string> listen(link::Bus& bus, Clock& clock,
+[[nodiscard]] tl::expected<VehicleStatus, std::string> listen(link::Bus& bus,
+                                                              const std::string& url, Clock& clock,
                                                               double timeout_s);
 
 }  // namespace dive::mission

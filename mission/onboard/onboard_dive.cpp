@@ -137,7 +137,7 @@ void OnboardDive::note_failures(Utime now) {
     report_.service_failures.push_back({to_seconds(now - began_), service, *message});
   };
   if (mapper_) note("mapper", mapper_->take_failure());
-  if (matcher_) note("position fixes", matcher_->take_failure());
+  if (matcher_) note("map fixes", matcher_->take_failure());
   if (vision_) note("visual-inertial estimator", vision_->take_failure());
 }
 

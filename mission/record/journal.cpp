@@ -142,13 +142,15 @@ tl::expected<Journal, std::string> read_journal(const std::string& path) {
     std::optional<Journal> other = parse_bank(text.substr(kJournalBankBytes));
     if (other && (!journal || other->generation > journal->generation)) journal = std::move(other);
   }
-  if (!journal) return tl::unexpected(fmt::format("'{}': this is not a journal of dive's", path));
+  if (!journal) {
+    return tl::unexpected(fmt::format("'{}': this is not a journal written by dive", path));
+  }
   return std::move(*journal);
 }
 
 tl::expected<Journal, std::string> parse_journal(const std::string& text) {
   std::optional<Journal> journal = parse_bank(text);
-  if (!journal) return tl::unexpected(std::string("this is not a journal of dive's"));
+  if (!journal) return tl::unexpected(std::string("this is not a journal written by dive"));
   return std::move(*journal);
 }
 

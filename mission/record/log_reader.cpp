@@ -110,7 +110,8 @@ class TickBuilder {
 };
 
 std::string not_a_log(const std::string& path) {
-  return fmt::format("{}: not a log of dive: give a .lcmlog file that dive run wrote", path);
+  return fmt::format("{}: not a log written by dive: give a .lcmlog file that dive run wrote",
+                     path);
 }
 
 std::string other_version(const std::string& path) {

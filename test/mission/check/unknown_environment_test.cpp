@@ -92,7 +92,7 @@ TEST(InUnknownWater, OnlyThereRangeIsMonitored) {
   EXPECT_THAT(kinds(), Contains(FaultKind::kRangeSilent));
   EXPECT_THAT(kinds(), Not(Contains(FaultKind::kDepthWild)));
   mission.unknown.reset();
-  EXPECT_THAT(kinds(), Contains(FaultKind::kRangeSilent)) << "position fixes need it";
+  EXPECT_THAT(kinds(), Contains(FaultKind::kRangeSilent)) << "map fixes need it";
   mission.allows_fixes = false;
   EXPECT_THAT(kinds(), Not(Contains(FaultKind::kRangeSilent)));
   EXPECT_THAT(kinds(), Contains(FaultKind::kAbort));

@@ -211,11 +211,11 @@ INSTANTIATE_TEST_SUITE_P(Of, NewMission, ::testing::Values("transect", "penetrat
 TEST(NewMissionFile, IsNamedByItsFileAndOverwritesNothing) {
   EXPECT_EQ(run_here("new goals 'my mission.xml'").status, 2);
   EXPECT_EQ(run_here("new goals 1st.xml").status, 2);
-  EXPECT_THAT(run_here("new goals survey.txt").err, HasSubstr("a mission file is NAME.xml"));
+  EXPECT_THAT(run_here("new goals survey.txt").err, HasSubstr("name the file ID.xml"));
   for (const char* name : {"2nd", "a.b", "'q\"'", "'a&b'"}) {
     const Ran ran = run_here(fmt::format("new goals {}.xml", name));
     EXPECT_EQ(ran.status, 2) << name;
-    EXPECT_THAT(ran.err, HasSubstr("a mission file is NAME.xml")) << name;
+    EXPECT_THAT(ran.err, HasSubstr("name the file ID.xml")) << name;
   }
   ASSERT_EQ(run_here("new goals --force").status, 0);
   fs::remove(own_folder() / "goals.xml");

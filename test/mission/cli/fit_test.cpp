@@ -46,7 +46,7 @@ TEST(Fit, WritesAVehicleThatMissionsDive) {
   ASSERT_EQ(ran.status, 0) << ran.err << ran.out;
   const Json fit = Json::parse(ran.out);
   ASSERT_EQ(fit.at("left_out").size(), 1);
-  EXPECT_THAT(fit.at("left_out").at(0), HasSubstr("without.lcmlog: the log has no position fixes"));
+  EXPECT_THAT(fit.at("left_out").at(0), HasSubstr("without.lcmlog: the log has no fixes"));
   EXPECT_EQ(fit.at("dives"), 2);
   EXPECT_EQ(fit.at("validation"), "held_out");
   EXPECT_EQ(fit.at("vehicle"), "fitted.urdf");

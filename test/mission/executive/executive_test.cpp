@@ -174,7 +174,7 @@ TEST_F(ExecutiveTest, AnEventThatLeadsNowhereIsNoted) {
   ASSERT_FALSE(actions_.empty());
   EXPECT_EQ(actions_[0].kind, ActionRecord::Kind::kNote);
   EXPECT_THAT(actions_[0].text,
-              HasSubstr("done.state.first leads nowhere: depth > 9 m: false (depth 3.0"));
+              HasSubstr("done.state.first: no transition taken: depth > 9 m: false (depth 3.0"));
   EXPECT_EQ(transitions_.back().event, "timeout.first");
 }
 

@@ -87,7 +87,7 @@ TEST_F(MachineRunnerTest, NotesAnEventThatLeadsNowhereWithTheValuesOfItsGuards) 
   EXPECT_EQ(runner_->innermost(), "first");
   ASSERT_EQ(count(ActionRecord::Kind::kNote), 1);
   EXPECT_THAT(outputs_.actions.back().text,
-              HasSubstr("operator.pause leads nowhere: depth > 5 m: false"));
+              HasSubstr("operator.pause: no transition taken: depth > 5 m: false"));
   runner_->dispatch({"unknown.event", "a test"});
   EXPECT_EQ(count(ActionRecord::Kind::kNote), 1) << "no guard was asked";
 }

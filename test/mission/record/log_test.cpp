@@ -125,9 +125,9 @@ TEST(OpenLog, ReportsWhatIsWrong) {
   EXPECT_THAT(read_log(file.path()).error, HasSubstr("no such file"));
   EXPECT_THAT(read_log(::testing::TempDir()).error, HasSubstr("is a directory"));
   file.set_content("");
-  EXPECT_THAT(read_log(file.path()).error, HasSubstr("not a log of dive"));
+  EXPECT_THAT(read_log(file.path()).error, HasSubstr("not a log written by dive"));
   file.set_content("<mission>this is another kind of file altogether</mission>");
-  EXPECT_THAT(read_log(file.path()).error, HasSubstr("not a log of dive"));
+  EXPECT_THAT(read_log(file.path()).error, HasSubstr("not a log written by dive"));
   {
     Forger forger(file.path());
     forger.raw("DIVE_HEADER", 0, Packet(100));
