@@ -11,6 +11,7 @@
 #include "bench/quantile.h"
 #include "estimation/visual_inertial/front_end/anchor_patch.h"
 #include "estimation/visual_inertial/front_end/corners.h"
+#include "estimation/visual_inertial/front_end/equalised_image.h"
 #include "estimation/visual_inertial/front_end/klt.h"
 #include "estimation/visual_inertial/front_end/local_contrast.h"
 #include "estimation/visual_inertial/front_end/stereo.h"
@@ -90,59 +91,52 @@ void step(benchmark::State& state, bool stereo) {
 BENCHMARK_CAPTURE(step, mono, false)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(step, stereo, true)->Unit(benchmark::kMillisecond);
 
-struct Prepared {
-  std::vector<std::uint8_t> full;
-  std::vector<std::uint8_t> half;
+EqualisedImage prepared(const ImageFrame& image) {
+  EqualisedImage result(16, 2);
+  (void)result.set(image);
+  (void)result.prepare();
+  return result;
+}
 
-  explicit Prepared(const ImageFrame& image) {
-    (void)even_contrast(view(image.pixels), full);
-    halve(view(full), half);
-  }
-  [[nodiscard]] static GrayView view(const std::vector<std::uint8_t>& pixels) {
-    return {pixels.data(), 752, 480};
-  }
-  [[nodiscard]] ImagePair pair() const { return {view(full), {half.data(), 376, 240}}; }
-};
-
-std::vector<Eigen::Vector2f> corners_of(const Prepared& prepared) {
+std::vector<Eigen::Vector2f> corners_of(const EqualisedImage& image) {
   CornerGrid grid({}, 752, 480, 200, 8);
-  return *grid.find(prepared.pair().half, {}, 200, grid.cells());
+  return *grid.find(image.half(), {}, 200, grid.cells());
 }
 
 void contrast(benchmark::State& state) {
   const ImageFrame& image = recording().lefts[0];
   std::vector<std::uint8_t> full;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(even_contrast(Prepared::view(image.pixels), full));
+    benchmark::DoNotOptimize(even_contrast({image.pixels.data(), image.width, image.height}, full));
   }
 }
 BENCHMARK(contrast)->Unit(benchmark::kMillisecond);
 
 void track(benchmark::State& state) {
-  const Prepared before(recording().lefts[0]);
-  const Prepared after(recording().lefts[1]);
+  const EqualisedImage before = prepared(recording().lefts[0]);
+  const EqualisedImage after = prepared(recording().lefts[1]);
   const std::vector<Eigen::Vector2f> points = corners_of(before);
   Klt klt(16);
   for (auto _ : state) {
-    benchmark::DoNotOptimize(klt.follow(before.pair().full, after.pair().full, points, points, 2));
+    benchmark::DoNotOptimize(klt.follow(before.for_klt(), after.for_klt(), points, points, 2));
   }
   state.counters["points"] = static_cast<double>(points.size());
 }
 BENCHMARK(track)->Unit(benchmark::kMillisecond);
 
 void check_anchors(benchmark::State& state) {
-  const Prepared before(recording().lefts[0]);
-  const Prepared after(recording().lefts[1]);
+  const EqualisedImage before = prepared(recording().lefts[0]);
+  const EqualisedImage after = prepared(recording().lefts[1]);
   std::vector<std::pair<AnchorPatch, Eigen::Vector2f>> anchors;
   const std::vector<Eigen::Vector2f> points = corners_of(before);
-  const auto followed = *Klt(16).follow(before.pair().full, after.pair().full, points, points, 2);
+  const auto followed = *Klt(16).follow(before.for_klt(), after.for_klt(), points, points, 2);
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const auto anchor = AnchorPatch::cut(before.pair().full, points[i]);
+    const auto anchor = AnchorPatch::cut(before.full(), points[i]);
     if (anchor && followed[i]) anchors.emplace_back(*anchor, *followed[i]);
   }
   for (auto _ : state) {
     for (const auto& [anchor, pixel] : anchors) {
-      benchmark::DoNotOptimize(anchor.find(after.pair().full, {pixel}));
+      benchmark::DoNotOptimize(anchor.find(after.full(), {pixel}));
     }
   }
   state.counters["points"] = static_cast<double>(anchors.size());
@@ -150,11 +144,11 @@ void check_anchors(benchmark::State& state) {
 BENCHMARK(check_anchors)->Unit(benchmark::kMillisecond);
 
 void replenish(benchmark::State& state) {
-  const Prepared prepared(recording().lefts[0]);
+  const EqualisedImage image = prepared(recording().lefts[0]);
   CornerGrid grid({}, 752, 480, 200, 8);
   const auto cells = static_cast<int>(state.range(0));
   for (auto _ : state) {
-    benchmark::DoNotOptimize(grid.find(prepared.pair().half, {}, 200, cells));
+    benchmark::DoNotOptimize(grid.find(image.half(), {}, 200, cells));
   }
 }
 BENCHMARK(replenish)->Arg(8)->Arg(1000)->Unit(benchmark::kMillisecond);
@@ -162,21 +156,21 @@ BENCHMARK(replenish)->Arg(8)->Arg(1000)->Unit(benchmark::kMillisecond);
 // Matching with all depths known, or none.
 void match(benchmark::State& state, bool known) {
   const Recording& recorded = recording();
-  const Prepared left(recorded.lefts[0]);
-  const Prepared right(recorded.rights[0]);
+  const EqualisedImage left = prepared(recorded.lefts[0]);
+  const EqualisedImage right = prepared(recorded.rights[0]);
   StereoMatcher matcher({}, recorded.left, recorded.right, 16);
   std::vector<StereoQuery> queries;
   for (const Eigen::Vector2f& pixel : corners_of(left)) {
     queries.push_back({pixel, *recorded.left.undistort(pixel.cast<double>())});
   }
   if (known) {
-    const auto matches = *matcher.match(left.pair(), right.pair(), queries);
+    const auto matches = *matcher.match(left.both(), right.both(), queries);
     for (std::size_t i = 0; i < queries.size(); ++i) {
       queries[i].inverse_depth = matches[i] ? matches[i]->inverse_depth : 0.3;
     }
   }
   for (auto _ : state) {
-    benchmark::DoNotOptimize(matcher.match(left.pair(), right.pair(), queries));
+    benchmark::DoNotOptimize(matcher.match(left.both(), right.both(), queries));
   }
 }
 BENCHMARK_CAPTURE(match, known_depth, true)->Unit(benchmark::kMillisecond);

@@ -84,6 +84,7 @@ dive_imported_library(dive_opencv_imgproc opencv2/imgproc.hpp opencv_imgproc SUF
 dive_imported_library(dive_opencv_imgcodecs opencv2/imgcodecs.hpp opencv_imgcodecs SUFFIXES opencv4)
 dive_imported_library(dive_opencv_calib3d opencv2/calib3d.hpp opencv_calib3d SUFFIXES opencv4)
 dive_imported_library(dive_opencv_features2d opencv2/features2d.hpp opencv_features2d SUFFIXES opencv4)
+dive_imported_library(dive_opencv_video opencv2/video/tracking.hpp opencv_video SUFFIXES opencv4)
 dive_imported_library(dive_visp_core visp3/core/vpConfig.h visp_core)
 dive_imported_library(dive_visp_klt visp3/klt/vpKltOpencv.h visp_klt)
 # Not ViSP's detector: see doc/decisions/tags-without-visp.md.

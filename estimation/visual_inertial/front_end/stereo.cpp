@@ -15,7 +15,6 @@ using Eigen::Vector2d;
 using Eigen::Vector2f;
 using Eigen::Vector3d;
 
-constexpr int kLevels = 1;              // of the pyramid: the guess is good
 constexpr int kPatch = 4;               // pixels of the half-size image to each side
 constexpr int kMaxEpipolarSteps = 400;  // along an epipolar line
 constexpr double kMinScore = 0.8;       // of the correlation
@@ -91,7 +90,7 @@ StereoMatcher::StereoMatcher(StereoOptions options, const CameraModel& left,
   DIVE_DEMAND(options.validate().empty() && left.validate().empty() && right.validate().empty());
   DIVE_DEMAND(left.width == right.width && left.height == right.height);
   const Pose X_RL = right.X_BC.inverse() * left.X_BC;
-  DIVE_DEMAND(X_RL.p.norm() > 1e-3);
+  DIVE_DEMAND(X_RL.p.norm() > kMinBaseline_m);
   R_RL_ = X_RL.q.toRotationMatrix();
   p_RL_ = X_RL.p;
 }

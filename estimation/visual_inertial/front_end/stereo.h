@@ -37,15 +37,18 @@ struct StereoMatch {
   double inverse_depth;   ///< 1/m, along z of the left camera; 0 beyond the maximum depth.
 };
 
-/// An image and the same at half the size, by halve().
+/// An image as Klt needs it, and the same at half the size, by halve().
 struct ImagePair {
-  GrayView full;
+  const KltImage& full;
   GrayView half;
 };
 
 class StereoMatcher {
  public:
-  /// Demands options and cameras that validate, of one size, some distance apart.
+  static constexpr double kMinBaseline_m = 1e-3;  ///< Minimum distance of the two cameras.
+  static constexpr int kLevels = 1;               ///< Of the pyramids: the guess is good.
+
+  /// Demands options and cameras that validate, of one size, at least that distance apart.
   StereoMatcher(StereoOptions options, const CameraModel& left, const CameraModel& right,
                 int window_px);
 

@@ -17,7 +17,10 @@ constexpr int kSearchPeriod = 6;             // images, for a feature without a 
 
 TrackStereo::TrackStereo(const StereoOptions& options, const CameraModel& left,
                          const CameraModel& right, int window_px, double min_contrast)
-    : right_(right), min_contrast_(min_contrast), matcher_(options, left, right, window_px) {}
+    : right_(right),
+      min_contrast_(min_contrast),
+      matcher_(options, left, right, window_px),
+      image_(window_px, StereoMatcher::kLevels) {}
 
 std::string TrackStereo::match(const EqualisedImage& left, Utime left_utime,
                                const ImageFrame& right, std::size_t image,
@@ -32,6 +35,7 @@ std::string TrackStereo::match(const EqualisedImage& left, Utime left_utime,
     return fmt::format("no contrast: standard deviation {:.1f} of 255, less than {:.1f}",
                        statistics.contrast, min_contrast_);
   }
+  if (std::string thrown = image_.prepare(); !thrown.empty()) return thrown;
   std::vector<StereoQuery> queries;
   std::vector<std::size_t> of;
   for (std::size_t i = 0; i < tracks.size(); ++i) {

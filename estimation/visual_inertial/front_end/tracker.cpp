@@ -65,7 +65,9 @@ struct Tracker::Impl {
         grid({given.min_gradient, given.min_distance_px}, left_camera.width, left_camera.height,
              given.max_features, kBorder),
         check(left_camera, given.min_contrast),
-        motion(left_camera, {given.epipolar_px, given.drift_px}, seed) {
+        motion(left_camera, {given.epipolar_px, given.drift_px}, seed),
+        last(given.window_px, std::max(given.levels, StereoMatcher::kLevels)),
+        now(given.window_px, std::max(given.levels, StereoMatcher::kLevels)) {
     if (right_camera) {
       StereoOptions of_stereo;
       of_stereo.min_depth_m = options.min_depth_m;
@@ -101,7 +103,7 @@ struct Tracker::Impl {
     std::vector<Vector2f> from;
     from.reserve(tracks.size());
     for (const Track& track : tracks) from.push_back(track.pixel);
-    const auto found = klt.follow(last.full(), now.full(), from, guesses, options.levels);
+    const auto found = klt.follow(last.for_klt(), now.for_klt(), from, guesses, options.levels);
     if (!found) return found.error();
 
     std::vector<Track> there;
@@ -120,7 +122,7 @@ struct Tracker::Impl {
     tracks.clear();
     // With a rotation the guess is good to a few pixels, and no pyramid is needed.
     const int back_levels = turn ? 0 : std::max(0, options.levels - 1);
-    const auto back = klt.follow(now.full(), last.full(), end, back_guesses, back_levels);
+    const auto back = klt.follow(now.for_klt(), last.for_klt(), end, back_guesses, back_levels);
     if (!back) return back.error();
     for (std::size_t i = 0; i < there.size(); ++i) {
       const auto& returned = (*back)[i];
@@ -241,6 +243,11 @@ struct Tracker::Impl {
     ImageQuality& quality = result.quality;
     if (!check.check(image, quality)) return result;
     if (!check.check_contrast(now.set(image), quality)) return result;
+    if (const std::string thrown = now.prepare(); !thrown.empty()) {
+      quality.fault = ImageFault::kLibraryError;
+      quality.reason = thrown;
+      return result;
+    }
 
     for (Track& track : tracks) track.right.reset();
     ++image_number;

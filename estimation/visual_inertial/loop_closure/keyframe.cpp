@@ -12,7 +12,7 @@
 
 #include "common/assert.h"
 #include "common/range_check.h"
-#include "estimation/visual_inertial/front_end/local_contrast.h"
+#include "estimation/visual_inertial/front_end/equalised_image.h"
 #include "estimation/visual_inertial/front_end/stereo.h"
 
 namespace dive::estimation {
@@ -72,14 +72,6 @@ struct KeyframeExtractor::Impl {
         matcher({.min_depth_m = options_in.min_depth_m}, left_in, right, kWindow),
         orb(cv::ORB::create(3 * options_in.max_points)) {}
 
-  struct Image {
-    std::vector<std::uint8_t> full;
-    std::vector<std::uint8_t> half;
-    [[nodiscard]] ImagePair pair(int width, int height) const {
-      return {{full.data(), width, height}, {half.data(), width / 2, height / 2}};
-    }
-  };
-
   [[nodiscard]] bool is_agreed(const ImageFrame& frame) const {
     return frame.format == ImageFrame::Format::kGray8 && frame.width == left.width &&
            frame.height == left.height &&
@@ -87,18 +79,23 @@ struct KeyframeExtractor::Impl {
                static_cast<std::size_t>(left.width) * static_cast<std::size_t>(left.height);
   }
 
-  [[nodiscard]] Image prepared(const ImageFrame& frame) const {
-    Image image;
-    (void)even_contrast({frame.pixels.data(), left.width, left.height}, image.full);
-    halve({image.full.data(), left.width, left.height}, image.half);
-    return image;
+  // Returns a library's exception as text, else empty.
+  [[nodiscard]] static std::string set(EqualisedImage& image, const ImageFrame& frame) {
+    (void)image.set(frame);
+    return image.prepare();
   }
 
   [[nodiscard]] tl::expected<KeyframeView, std::string> view(const ImageFrame& left_frame,
                                                              const ImageFrame& right_frame) {
-    Image left_image = prepared(left_frame);
-    const Image beside = prepared(right_frame);
-    const cv::Mat mat(left.height, left.width, CV_8UC1, left_image.full.data());
+    if (std::string thrown = set(left_image, left_frame); !thrown.empty()) {
+      return tl::make_unexpected(thrown);
+    }
+    if (std::string thrown = set(right_image, right_frame); !thrown.empty()) {
+      return tl::make_unexpected(thrown);
+    }
+    // OpenCV's headers take no const pixels; the image is only read.
+    const cv::Mat mat(left.height, left.width, CV_8UC1,
+                      const_cast<std::uint8_t*>(left_image.full().pixels));
     std::vector<cv::KeyPoint> found;
     orb->detect(mat, found);
     found = spread(found, left.width, left.height, options.max_points);
@@ -118,8 +115,7 @@ struct KeyframeExtractor::Impl {
       result.points.push_back(point);
       queries.push_back({pixel, *n});
     }
-    const auto matches = matcher.match(left_image.pair(left.width, left.height),
-                                       beside.pair(left.width, left.height), queries);
+    const auto matches = matcher.match(left_image.both(), right_image.both(), queries);
     if (!matches) return tl::unexpected(matches.error());
     for (std::size_t i = 0; i < queries.size(); ++i) {
       if ((*matches)[i]) result.points[i].right = (*matches)[i]->right;
@@ -130,6 +126,8 @@ struct KeyframeExtractor::Impl {
   KeyframeExtractorOptions options;
   CameraModel left;
   StereoMatcher matcher;
+  EqualisedImage left_image{kWindow, StereoMatcher::kLevels};
+  EqualisedImage right_image{kWindow, StereoMatcher::kLevels};
   cv::Ptr<cv::ORB> orb;
 };
 
