@@ -127,6 +127,8 @@ tl::expected<void, std::string> read_images(const fs::path& folder, RecordedCame
 tl::expected<Pose, std::string> read_imu_sensor(const SensorFile& file, Recording& dataset) {
   RecordedImuNoise& noise = dataset.imu_noise;
   std::optional<double> rate;
+  std::optional<double> gyro_range;
+  std::optional<double> accel_range;
   // The ranges are those of VisualInertialOptions.
   const NumberKey keys[] = {{"gyroscope_noise_density", &noise.gyro, 1e-7, 1.0},
                             {"gyroscope_random_walk", &noise.gyro_walk, 1e-9, 1.0},
@@ -136,9 +138,13 @@ tl::expected<Pose, std::string> read_imu_sensor(const SensorFile& file, Recordin
                             {"accelerometer_turn_on_bias", &noise.accel_bias, 1e-6, 10.0},
                             {"scale_error", &noise.scale, 0.0, 0.1},
                             {"gyroscope_g_sensitivity", &noise.gyro_by_accel, 0.0, 0.01},
+                            {"gyroscope_range", &gyro_range, 0.1, 100.0},
+                            {"accelerometer_range", &accel_range, 10.0, 1000.0},
                             {"rate_hz", &rate, 0.0, kMaxRate_hz}};
   if (auto read = read_in_range(file, keys); !read) return Failure(read.error());
   dataset.imu_rate_hz = rate.value_or(0.0);
+  noise.gyro_range = gyro_range.value_or(noise.gyro_range);
+  noise.accel_range = accel_range.value_or(noise.accel_range);
   return file.X_BS();
 }
 
@@ -163,7 +169,26 @@ tl::expected<void, std::string> read_imu(const fs::path& folder, Recording& data
   return rows;
 }
 
-tl::expected<void, std::string> read_depth(const fs::path& folder, Recording& dataset) {
+// One that cannot be examined is present: opening it gives the reason.
+bool is_present(const fs::path& path) {
+  std::error_code error;
+  return fs::status(path, error).type() != fs::file_type::not_found;
+}
+
+// `X_BI`: pose of the IMU in the files' body frame.
+tl::expected<void, std::string> read_depth(const fs::path& folder, const Pose& X_BI,
+                                           Recording& dataset) {
+  if (const fs::path sensor = folder / "sensor.yaml"; is_present(sensor)) {
+    const auto file = SensorFile::open(sensor.string());
+    if (!file) return Failure(file.error());
+    std::optional<double> noise;
+    const NumberKey keys[] = {{"noise_sigma", &noise, 1e-3, 10.0}};
+    if (auto read = read_in_range(*file, keys); !read) return Failure(read.error());
+    dataset.depth_sigma_m = noise.value_or(dataset.depth_sigma_m);
+    const auto X_BS = file->X_BS();
+    if (!X_BS) return Failure(X_BS.error());
+    if (file->has("T_BS")) dataset.depth_sensor_B = X_BI.inverse() * X_BS->p;
+  }
   return read_rows(folder, dataset.depth_origin, dataset.diagnostics, [&](const CsvRow& row) {
     double depth = 0.0;
     std::string wrong = to_numbers(row, 0, 1, &depth);
@@ -173,15 +198,11 @@ tl::expected<void, std::string> read_depth(const fs::path& folder, Recording& da
   });
 }
 
-// One that cannot be examined is present: opening it gives the reason.
-bool is_present(const fs::path& path) {
-  std::error_code error;
-  return fs::status(path, error).type() != fs::file_type::not_found;
-}
-
-// `fields`: 3 of a velocity, or 1 of a speed along x. `sigma`: without one in sensor.yaml.
+// `fields`: 3 of a velocity, or 1 of a speed along x of the IMU. `sigma`: without one in
+// sensor.yaml. A velocity whose sensor has a pose there is along the axes of that sensor.
 tl::expected<void, std::string> read_velocity(const fs::path& folder, std::size_t fields,
-                                              double sigma, Recording& dataset) {
+                                              double sigma, const Pose& X_BI, Recording& dataset) {
+  Eigen::Quaterniond q_IS = Eigen::Quaterniond::Identity();
   const fs::path sensor = folder / "sensor.yaml";
   if (is_present(sensor)) {
     const auto file = SensorFile::open(sensor.string());
@@ -190,12 +211,15 @@ tl::expected<void, std::string> read_velocity(const fs::path& folder, std::size_
     const NumberKey keys[] = {{"velocity_noise", &noise, 1e-4, 10.0}};
     if (auto read = read_in_range(*file, keys); !read) return Failure(read.error());
     sigma = noise.value_or(sigma);
+    const auto X_BS = file->X_BS();
+    if (!X_BS) return Failure(X_BS.error());
+    if (fields == 3 && file->has("T_BS")) q_IS = X_BI.q.conjugate() * X_BS->q;
   }
   return read_rows(folder, dataset.velocity_origin, dataset.diagnostics, [&](const CsvRow& row) {
     std::array<double, 3> v{};
     std::string wrong = to_numbers(row, 0, fields, v.data());
     if (!wrong.empty()) return wrong;
-    dataset.velocity.push_back({row.utime, {v[0], v[1], v[2]}, sigma});
+    dataset.velocity.push_back({row.utime, q_IS * Eigen::Vector3d(v[0], v[1], v[2]), sigma});
     return wrong;
   });
 }
@@ -327,14 +351,14 @@ tl::expected<Recording, std::string> read_asl_dataset(const std::string& folder,
     if (!read) return Failure(read.error());
   }
   if (is_folder(root / "depth0")) {
-    const auto read = read_depth(root / "depth0", dataset);
+    const auto read = read_depth(root / "depth0", *X_BI, dataset);
     if (!read) return Failure(read.error());
   }
   if (is_folder(root / "dvl0")) {
-    const auto read = read_velocity(root / "dvl0", 3, kDvlSigma, dataset);
+    const auto read = read_velocity(root / "dvl0", 3, kDvlSigma, *X_BI, dataset);
     if (!read) return Failure(read.error());
   } else if (is_folder(root / "speed0")) {
-    const auto read = read_velocity(root / "speed0", 1, kSpeedSigma, dataset);
+    const auto read = read_velocity(root / "speed0", 1, kSpeedSigma, *X_BI, dataset);
     if (!read) return Failure(read.error());
   }
   for (const char* name : {"state_groundtruth_estimate0", "mocap0", "vicon0", "leica0"}) {

@@ -19,6 +19,7 @@ namespace {
 using Failure = tl::unexpected<std::string>;
 
 constexpr double kUsualSpeed = 0.4;        // m/s, of the primitive estimator
+constexpr double kMaxRecordedSpeed = 8.0;  // m/s, beyond which an estimate has diverged
 constexpr double kMemsGyroByAccel = 3e-5;  // rad/s per m/s^2: 0.015 deg/s/g
 // A housing calibrated in another water, at another temperature and depth, is off by so much.
 constexpr double kFocalSigma = 0.005;
@@ -197,6 +198,32 @@ Begin begin_of(const Recording& recording, RunStart start) {
   return begin;
 }
 
+// What the depth reads more than the truth says at the start, m: depth counts from the
+// surface, the heights of a motion capture from its floor. 0 where they agree, or cannot be
+// compared.
+double depth_datum(const Recording& recording, const std::optional<TrueState>& truth) {
+  constexpr double kApart_s = 0.5;
+  constexpr double kSigmas = 5.0;
+  if (!truth || recording.depth.empty()) return 0.0;
+  const auto nearest = std::ranges::min_element(recording.depth, {}, [&](const DepthSample& at) {
+    return std::abs(at.utime - truth->utime);
+  });
+  if (to_seconds(std::abs(nearest->utime - truth->utime)) > kApart_s) return 0.0;
+  const double z = truth->X_WB.p.z() + (truth->X_WB.q * recording.depth_sensor_B).z();
+  const double datum_m = nearest->depth_m + z;
+  return std::abs(datum_m) > kSigmas * recording.depth_sigma_m ? datum_m : 0.0;
+}
+
+void note_datum(double datum_m, const Recording& recording,
+                tl::expected<DatasetRun, std::string>& run) {
+  if (!run || datum_m == 0.0) return;
+  run->diagnostics.add(recording.depth_origin.of_all(
+      Severity::kNote, "DEPTH-DATUM",
+      fmt::format("depth reads {:.2f} m more than the truth's heights: it is counted from these",
+                  datum_m),
+      ""));
+}
+
 }  // namespace
 
 VisualInertialOptions filter_options(const Recording& dataset, std::size_t cameras) {
@@ -210,12 +237,16 @@ VisualInertialOptions filter_options(const Recording& dataset, std::size_t camer
   options.refractive_index_sigma =
       left.refractive_index_sigma.value_or(options.refractive_index_sigma);
   const RecordedImuNoise& noise = dataset.imu_noise;
+  options.depth_sigma_m = dataset.depth_sigma_m;
+  options.depth_sensor_B = dataset.depth_sensor_B;
   options.imu.gyro = noise.gyro.value_or(options.imu.gyro);
   options.imu.accel = noise.accel.value_or(options.imu.accel);
   options.imu.gyro_walk = noise.gyro_walk.value_or(options.imu.gyro_walk);
   options.imu.accel_walk = noise.accel_walk.value_or(options.imu.accel_walk);
   options.imu_scale_sigma = noise.scale.value_or(options.imu_scale_sigma);
   options.imu.gyro_by_accel = noise.gyro_by_accel.value_or(kMemsGyroByAccel);
+  options.gyro_limit = noise.gyro_range;
+  options.accel_limit = noise.accel_range;
   options.gyro_bias_sigma = noise.gyro_bias.value_or(options.gyro_bias_sigma);
   options.accel_bias_sigma = noise.accel_bias.value_or(options.accel_bias_sigma);
   return options;
@@ -243,12 +274,15 @@ tl::expected<DatasetRun, std::string> run_on(const Recording& recording, const R
     return Failure("loops are closed by the visual-inertial estimator with two cameras only");
   }
   const Begin begin = begin_of(recording, options.start);
+  const double datum_m = options.use_depth ? depth_datum(recording, begin.truth) : 0.0;
   RecordingFeed feed(recording, {.begin = begin.utime,
                                  .use_depth = options.use_depth,
+                                 .depth_datum_m = datum_m,
                                  .read_images = is_visual,
                                  .mono = options.mono});
   const auto compared = [&](tl::expected<DatasetRun, std::string> run) {
     if (run && begin.first_truth && !begin.truth) move_to(*begin.first_truth, *run);
+    note_datum(datum_m, recording, run);
     return run;
   };
   if (!is_visual) {
@@ -259,6 +293,8 @@ tl::expected<DatasetRun, std::string> run_on(const Recording& recording, const R
   if (!start) return Failure(start.error());
   VisionOptions vision;
   vision.filter = filter_options(recording, options.mono ? 1 : 2);
+  // The limit of divergence is for our vehicle; drones and hands are faster.
+  vision.filter.max_speed = kMaxRecordedSpeed;
   vision.period_s = feed.period_s();
   if (std::string problem = vision.validate(); !problem.empty()) return Failure(problem);
   VisualRun visual(recording, options, vision, *start);

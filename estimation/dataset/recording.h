@@ -68,6 +68,8 @@ struct RecordedImuNoise {
   std::optional<double> accel_bias;     ///< Turn-on bias, one sigma, m/s^2
   std::optional<double> scale;          ///< Relative error of scale and misalignment
   std::optional<double> gyro_by_accel;  ///< g-sensitivity, rad/s per m/s^2
+  double gyro_range = 34.9;    ///< rad/s: at or beyond it the gyro is saturated; 2000 deg/s
+  double accel_range = 157.0;  ///< m/s^2, of the accelerometer; 16 g
 };
 
 struct TruePose {
@@ -88,7 +90,9 @@ struct Recording {
   double imu_rate_hz = 0.0;
   std::vector<ImuSample>
       imu;  ///< IMU samples by time; q_WB is identity: recordings have no attitude.
-  std::vector<DepthSample> depth;        ///< Depth samples by time; empty without a depth sensor.
+  std::vector<DepthSample> depth;  ///< Depth samples by time; empty without a depth sensor.
+  double depth_sigma_m = 0.02;     ///< Their noise.
+  Eigen::Vector3d depth_sensor_B = Eigen::Vector3d::Zero();  ///< Position of that sensor, m.
   std::vector<VelocitySample> velocity;  ///< Velocity samples by time; empty without a DVL.
   std::vector<TruePose> truth;           ///< True poses by time; empty if there are none.
   bool has_true_attitude = false;

@@ -193,7 +193,7 @@ class RecordingCheck {
   }
 
   void check_gaps() {
-    const ImuSummary imu = summary_of(recording_.imu);
+    const ImuSummary imu = summary_of(recording_);
     if (imu.gaps == 0) return;
     add(recording_.imu_origin.at(
         imu.first_gap, Severity::kWarning, "IMU-GAP",
@@ -203,15 +203,15 @@ class RecordingCheck {
   }
 
   void check_saturation() {
-    const VisualInertialOptions limits;
-    const ImuSummary imu = summary_of(recording_.imu);
+    const ImuSummary imu = summary_of(recording_);
     if (imu.saturated == 0) return;
+    const RecordedImuNoise& limits = recording_.imu_noise;
     const ImuSample& first = recording_.imu[imu.first_saturated];
     add(recording_.imu_origin.at(
         imu.first_saturated, Severity::kWarning, "IMU-SATURATED",
         fmt::format("{} sample(s) at or beyond {:g} rad/s or {:g} m/s^2 are taken as saturated; "
                     "the first: {:.3g} rad/s, {:.3g} m/s^2",
-                    imu.saturated, limits.gyro_limit, limits.accel_limit,
+                    imu.saturated, limits.gyro_range, limits.accel_range,
                     first.gyro_B.cwiseAbs().maxCoeff(), first.accel_B.cwiseAbs().maxCoeff()),
         "give angular rates in rad/s and specific forces in m/s^2"));
   }
@@ -279,16 +279,18 @@ class RecordingCheck {
 
 }  // namespace
 
-ImuSummary summary_of(const std::vector<ImuSample>& imu) {
-  const VisualInertialOptions limits;
+ImuSummary summary_of(const Recording& recording) {
+  const std::vector<ImuSample>& imu = recording.imu;
+  const RecordedImuNoise& limits = recording.imu_noise;
+  const double longest_step_s = VisualInertialOptions{}.longest_imu_step_s;
   ImuSummary summary;
   for (std::size_t i = 0; i < imu.size(); ++i) {
-    if (imu[i].gyro_B.cwiseAbs().maxCoeff() >= limits.gyro_limit ||
-        imu[i].accel_B.cwiseAbs().maxCoeff() >= limits.accel_limit) {
+    if (imu[i].gyro_B.cwiseAbs().maxCoeff() >= limits.gyro_range ||
+        imu[i].accel_B.cwiseAbs().maxCoeff() >= limits.accel_range) {
       if (summary.saturated++ == 0) summary.first_saturated = i;
     }
     const double step = i == 0 ? 0.0 : to_seconds(imu[i].utime - imu[i - 1].utime);
-    if (step <= limits.longest_imu_step_s) continue;
+    if (step <= longest_step_s) continue;
     if (summary.gaps++ == 0) summary.first_gap = i;
     summary.longest_gap_s = std::max(summary.longest_gap_s, step);
   }

@@ -18,7 +18,7 @@ struct ImuSummary {
   std::size_t saturated = 0;
   std::size_t first_saturated = 0;  ///< Its index.
 };
-[[nodiscard]] ImuSummary summary_of(const std::vector<ImuSample>& imu);
+[[nodiscard]] ImuSummary summary_of(const Recording& recording);
 
 /// Adds diagnostics to the recording: errors where `options` cannot give an estimate from it or
 /// where the estimator's contracts would be violated, warnings where the estimate will be worse

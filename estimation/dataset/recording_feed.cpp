@@ -71,7 +71,9 @@ Utime RecordingFeed::next_missed(Utime image) const {
 void RecordingFeed::add_samples(VisionInput& input) {
   take(recording_.imu, input.now, imu_, input.imu);
   take(recording_.velocity, input.now, velocity_, input.velocity);
-  if (options_.use_depth) take(recording_.depth, input.now, depth_, input.depth);
+  if (!options_.use_depth) return;
+  take(recording_.depth, input.now, depth_, input.depth);
+  for (DepthSample& sample : input.depth) sample.depth_m -= options_.depth_datum_m;
 }
 
 // An image that cannot be read is left out, as in a dive.

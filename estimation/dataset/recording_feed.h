@@ -11,10 +11,11 @@
 namespace dive::estimation {
 
 struct FeedOptions {
-  Utime begin = 0;          ///< Earlier images and samples are left out.
-  bool use_depth = true;    ///< Depth samples are fed.
-  bool read_images = true;  ///< Images are read; otherwise only their times matter.
-  bool mono = false;        ///< Only the left camera.
+  Utime begin = 0;             ///< Earlier images and samples are left out.
+  bool use_depth = true;       ///< Depth samples are fed.
+  double depth_datum_m = 0.0;  ///< Taken from every depth.
+  bool read_images = true;     ///< Images are read; otherwise only their times matter.
+  bool mono = false;           ///< Only the left camera.
 };
 
 /// All that has arrived since the last step.

@@ -24,10 +24,11 @@ std::optional<ImageStart::Speed> speed_at(const Recording& recording, const RunO
       std::find_if(recording.velocity.begin(), recording.velocity.end(),
                    [begin](const VelocitySample& sample) { return sample.utime >= begin; });
   if (measured != recording.velocity.end() && to_seconds(measured->utime - begin) < kStart_s) {
-    return ImageStart::Speed{measured->v_B, std::max(measured->sigma, kSpeedSigma)};
+    return ImageStart::Speed{measured->v_B, std::max(measured->sigma, kSpeedSigma),
+                             measured->utime};
   }
   if (!options.speed) return std::nullopt;
-  return ImageStart::Speed{{*options.speed, 0.0, 0.0}, kSpeedSigma};
+  return ImageStart::Speed{{*options.speed, 0.0, 0.0}, kSpeedSigma, std::nullopt};
 }
 
 }  // namespace

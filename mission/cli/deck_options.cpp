@@ -29,8 +29,9 @@ void add_check_results(CLI::App* command, CheckArguments& arguments) {
 /// What a bag does not say itself.
 void add_bag_options(CLI::App* command, EstimateArguments& arguments) {
   command
-      ->add_option("--calibration", arguments.calibration,
-                   "Calibration of a bag's sensors; may be given again")
+      ->add_option(
+          "--calibration", arguments.calibration,
+          "Calibration of the sensors: of a bag, or instead of a folder's own; may be given again")
       ->type_name("FILE")
       ->allow_extra_args(false);
   std::vector<std::string> presets;

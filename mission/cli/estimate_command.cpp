@@ -336,6 +336,12 @@ int run_estimate(const EstimateArguments& arguments) {
     complain(fmt::format("no estimate was trusted since: {}", run->health.failure));
     return kExitFailed;
   }
+  if (options->estimator == estimation::EstimatorKind::kVisualInertial &&
+      run->health.trusted == 0) {
+    complain(fmt::format("no estimate was trusted{}{}", run->health.suspicion.empty() ? "" : ": ",
+                         run->health.suspicion));
+    return kExitFailed;
+  }
   return kExitSuccess;
 }
 

@@ -38,7 +38,7 @@ std::string list_of(const std::vector<std::pair<long, const char*>>& counts) {
 std::string or_none(const std::string& text) { return text.empty() ? "none" : text; }
 
 void print_imu(const Recording& recording) {
-  const ImuSummary imu = estimation::summary_of(recording.imu);
+  const ImuSummary imu = estimation::summary_of(recording);
   const std::string gaps =
       imu.gaps == 0 ? "no gaps"
                     : fmt::format("gaps {}, the longest of {:.3f} s", imu.gaps, imu.longest_gap_s);
@@ -84,7 +84,7 @@ void print_trust(const RunHealth& health) {
 }  // namespace
 
 Json health_to_json(const Recording& recording, const RunOptions& options, const DatasetRun& run) {
-  const ImuSummary imu = estimation::summary_of(recording.imu);
+  const ImuSummary imu = estimation::summary_of(recording);
   const RunHealth& health = run.health;
   Json all = {{"imu",
                {{"samples", recording.imu.size()},

@@ -117,6 +117,26 @@ TEST_F(Asl, UsesTheImuAsB) {
   EXPECT_NEAR((dataset->truth[0].X_WB.p - Eigen::Vector3d(1.3, 2, 3)).norm(), 0.0, 1e-12);
 }
 
+TEST_F(Asl, ReadsWhereDepthAndVelocityAreMeasured) {
+  write("depth0/data.csv", "1403636579763555584,3.5\n");
+  write("dvl0/data.csv", "1403636579763555584,0.4,0,0\n");
+  auto dataset = read_asl_dataset(folder);
+  ASSERT_TRUE(dataset) << dataset.error();
+  EXPECT_EQ(dataset->depth_sigma_m, 0.02);
+  EXPECT_EQ(dataset->depth_sensor_B, Eigen::Vector3d(0, 0, 0));
+  const auto pose = [](const std::string& rows) {
+    return "T_BS:\n  cols: 4\n  rows: 4\n  data: [" + rows + ", 0, 0, 0, 1]\n";
+  };
+  write("depth0/sensor.yaml",
+        pose("1, 0, 0, 0.2, 0, 1, 0, 0, 0, 0, 1, -0.1") + "noise_sigma: 0.05\n");
+  write("dvl0/sensor.yaml", pose("0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0"));
+  dataset = read_asl_dataset(folder);
+  ASSERT_TRUE(dataset) << dataset.error();
+  EXPECT_EQ(dataset->depth_sigma_m, 0.05);
+  EXPECT_NEAR((dataset->depth_sensor_B - Eigen::Vector3d(0.2, 0, -0.1)).norm(), 0.0, 1e-12);
+  EXPECT_NEAR((dataset->velocity[0].v_B - Eigen::Vector3d(0, 0.4, 0)).norm(), 0.0, 1e-12);
+}
+
 TEST_F(Asl, ReadsPositionsWithoutAttitude) {
   write("leica0/data.csv", "1403636579763555584,1,2,3\n");
   const auto dataset = read_asl_dataset(folder);

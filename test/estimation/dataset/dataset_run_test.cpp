@@ -182,6 +182,18 @@ TEST(DatasetRun, LocalisesInStereoFromRest) {
   EXPECT_LT(stereo.nees_position, 12.0);
 }
 
+// A motion capture's heights count from its floor.
+TEST(DatasetRun, CountsDepthFromTheTruthsLevel) {
+  auto dataset = read_asl_dataset(recording());
+  ASSERT_TRUE(dataset) << dataset.error();
+  for (TruePose& pose : dataset->truth) pose.X_WB.p.z() += 7.0;
+  const Judged shifted = judged({}, *dataset);
+  EXPECT_LT(shifted.rmse_m, 0.05);
+  EXPECT_LT(shifted.nees_position, 12.0);
+  EXPECT_THAT(shifted.run.diagnostics.list(),
+              ::testing::Contains(::testing::Field(&Diagnostic::code, "DEPTH-DATUM")));
+}
+
 TEST(DatasetRun, LocalisesThroughLensesOf120Degrees) {
   const std::string folder =
       record({testing::wide_camera(0.06, 376, 282), testing::wide_camera(-0.06, 376, 282)});
@@ -280,13 +292,13 @@ TEST(DatasetRun, BeginsAgainAfterALongGapOfTheImu) {
   EXPECT_LT(stereo.nees_position, 12.0);
 }
 
-// An accelerometer that errs by 2 g for a fifth of a second, half a second before the end.
+// An accelerometer that errs by 6 g for a fifth of a second, half a second before the end.
 TEST(DatasetRun, StatesAFailureAfterWhichNoEstimateIsTrusted) {
   auto dataset = read_asl_dataset(recording());
   ASSERT_TRUE(dataset);
   for (ImuSample& sample : dataset->imu) {
     const double t = to_seconds(sample.utime) - kStart;
-    if (t > 3.4 && t < 3.6) sample.accel_B.x() += 20.0;
+    if (t > 3.4 && t < 3.6) sample.accel_B.x() += 60.0;
   }
   const RunHealth health = judged({}, *dataset).run.health;
   EXPECT_THAT(health.failure, HasSubstr("the filter has diverged: a speed of "));
@@ -398,8 +410,9 @@ TEST(DatasetRun, BeginsBeforeTheTruth) {
   from_truth.start = RunStart::kTruth;
   const Judged later = judged(from_truth, *dataset);
   EXPECT_EQ(later.run.frames, 41);
-  ASSERT_EQ(later.run.diagnostics.list().size(), 1U);
+  ASSERT_EQ(later.run.diagnostics.list().size(), 2U);
   EXPECT_THAT(later.run.diagnostics.list()[0].message, HasSubstr("40 image(s) before the start"));
+  EXPECT_EQ(later.run.diagnostics.list()[1].code, "DEPTH-DATUM");
 }
 
 }  // namespace

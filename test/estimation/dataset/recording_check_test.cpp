@@ -193,6 +193,11 @@ TEST(RecordingCheck, WarnsOfWhatMakesTheEstimateWorse) {
        {[](Recording& r) { r.cameras[0].images[19].utime += 5'000'000; },
         "cam0/data.csv:21: warning: 1 gap(s) without images; the longest, of 5.050 s, ends here"},
        {[](Recording& r) { r.imu[7].gyro_B.x() = -50.0; },
+        "imu0/data.csv:9: warning: 1 sample(s) at or beyond 34.9 rad/s"},
+       {[](Recording& r) {
+          r.imu_noise.gyro_range = 5.2;
+          r.imu[7].gyro_B.x() = -6.0;
+        },
         "imu0/data.csv:9: warning: 1 sample(s) at or beyond 5.2 rad/s"},
        {[](Recording& r) { keep_each(r.imu, 2); }, "at 100 Hz; its calibration states 200 Hz"},
        {[](Recording& r) {
