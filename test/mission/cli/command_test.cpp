@@ -71,7 +71,7 @@ TEST(Command, CamerasAreForMissionsWithVision) {
       std::string(" '") + DIVE_SOURCE_DIR + "/missions/pool_visual_inertial.xml'";
   const std::string linked = "run --lcm memq:// --cameras nowhere ";
   for (const auto& [line, words] :
-       {std::pair("run --cameras nowhere" + by_sight, "give its --lcm URL"),
+       {std::pair("run --cameras nowhere" + by_sight, "give --lcm URL"),
         {"run --lcm memq://" + by_sight, "give --cameras DIR"},
         {linked + kWindow, "its estimator is primitive"},
         {linked + by_sight, "nowhere: no dataset in the ASL format"}}) {

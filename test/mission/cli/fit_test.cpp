@@ -74,9 +74,10 @@ TEST(Fit, SaysWhatALogLacks) {
   swim("scenarios/missions/diver", 1, "without.lcmlog");
   const Ran without = run_here("fit without.lcmlog without.lcmlog");
   EXPECT_EQ(without.status, 2);
-  EXPECT_THAT(without.err, AllOf(HasSubstr("left out: without.lcmlog: the log has no position"),
-                                 HasSubstr("known map with the range camera"),
-                                 HasSubstr("there is no dive to fit to")));
+  EXPECT_THAT(
+      without.err,
+      AllOf(HasSubstr("left out: without.lcmlog: the log has no fixes: dive in a"),
+            HasSubstr("known map with the range camera"), HasSubstr("there is no dive to fit to")));
 
   swim("pool4", 1, "shorter.lcmlog", "--leak-at 1");
   const Ran shorter = run_here("fit shorter.lcmlog shorter.lcmlog");
