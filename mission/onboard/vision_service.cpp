@@ -1,6 +1,7 @@
 #include "mission/onboard/vision_service.h"
 
 #include <algorithm>
+#include <exception>
 #include <memory>
 #include <utility>
 
@@ -22,7 +23,10 @@ VisionService::VisionService(const estimation::VisionOptions& options, std::uint
                              Utime latency, OnLate late, RangeMaker make_range,
                              const std::optional<LoopSettings>& loops,
                              const std::optional<estimation::ImuBias>& bias)
-    : pipeline_(options, estimation::PublishedStart{bias}, seed),
+    : make_pipeline_([options, bias, seed] {
+        return estimation::VisionPipeline(options, estimation::PublishedStart{bias}, seed);
+      }),
+      pipeline_(make_pipeline_()),
       period_s_(options.period_s),
       latency_(latency),
       make_range_(std::move(make_range)),
@@ -86,7 +90,17 @@ void VisionService::launch(Utime asked, std::optional<Pair> pair) {
                 [this, input = std::move(input)]() mutable { return work(std::move(input)); });
 }
 
+// What has thrown may be half updated: it is replaced by one that begins again.
 VisionService::Answer VisionService::work(estimation::VisionInput input) {
+  try {
+    return process(std::move(input));
+  } catch (const std::exception&) {
+    pipeline_ = make_pipeline_();
+    throw;
+  }
+}
+
+VisionService::Answer VisionService::process(estimation::VisionInput input) {
   Answer answer{pipeline_.step(input), std::nullopt};
   answer.bias = pipeline_.imu_bias();
   const std::optional<estimation::StateEstimate> filter = pipeline_.at_image();

@@ -81,7 +81,9 @@ class VisionService {
   [[nodiscard]] bool is_ripe(Utime now) const;
   void launch(Utime asked, std::optional<Pair> pair);
   [[nodiscard]] Answer work(estimation::VisionInput input);
+  [[nodiscard]] Answer process(estimation::VisionInput input);
 
+  std::function<estimation::VisionPipeline()> make_pipeline_;
   estimation::VisionPipeline pipeline_;  ///< The worker's while it is busy.
   double period_s_;
   Utime latency_;

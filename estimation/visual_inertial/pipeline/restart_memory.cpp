@@ -104,6 +104,7 @@ std::optional<ImuBias> RestartMemory::proven_bias() const {
 ImageStart RestartMemory::image_start() const {
   const double seconds = std::max(to_seconds(newest_ - last_.utime), 0.0);
   ImageStart start;
+  start.utime = newest_;
   start.bias = bias_at(newest_).value_or(first_bias_);
   start.position_W = last_.X_WB.p;
   start.position_sigma_m =

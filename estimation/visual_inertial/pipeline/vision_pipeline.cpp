@@ -9,6 +9,7 @@
 #include "common/assert.h"
 #include "common/range_check.h"
 #include "estimation/visual_inertial/front_end/gyro_turn.h"
+#include "estimation/visual_inertial/front_end/stereo.h"
 
 namespace dive::estimation {
 namespace {
@@ -25,6 +26,7 @@ constexpr Utime kLongGap = 1'000'000;      // us without IMU, after which it is 
 constexpr double kTiltSigma = 0.5;         // deg
 constexpr double kSpeedSigma = 0.05;       // m/s
 constexpr double kSharpnessMemory = 0.02;  // weight of the newest image
+constexpr double kBlurredMemory = 0.005;   // of one that seems blurred: the scene may be smoother
 constexpr Utime kInTheDark = 300'000;      // us without a usable image
 constexpr double kVelocityAge_s = 0.5;     // of a measured velocity that a start uses
 
@@ -71,6 +73,26 @@ VisionFault of_image(ImageFault fault) {
   return VisionFault::kBadImage;
 }
 
+// What the front end cannot use.
+std::string problem_of(const std::vector<CameraModel>& cameras) {
+  for (const CameraModel& camera : cameras) {
+    if (std::min(camera.width, camera.height) >= Tracker::kMinSide_px) continue;
+    return fmt::format("a camera has images of {} x {} pixels; at least {} x {} are needed",
+                       camera.width, camera.height, Tracker::kMinSide_px, Tracker::kMinSide_px);
+  }
+  if (cameras.size() < 2) return {};
+  const CameraModel& left = cameras[0];
+  const CameraModel& right = cameras[1];
+  if (left.width != right.width || left.height != right.height) {
+    return fmt::format("the images of the two cameras differ in size: {} x {} and {} x {} pixels",
+                       left.width, left.height, right.width, right.height);
+  }
+  const double baseline_m = (left.X_BC.p - right.X_BC.p).norm();
+  if (baseline_m > StereoMatcher::kMinBaseline_m) return {};
+  return fmt::format("the two cameras are {:g} m apart; more than {:g} m are needed", baseline_m,
+                     StereoMatcher::kMinBaseline_m);
+}
+
 }  // namespace
 
 std::string VisionOptions::validate() const {
@@ -87,6 +109,7 @@ std::string VisionOptions::validate() const {
   if (!check.problem().empty()) return check.problem();
   if (std::string problem = tag_fix.validate(); !problem.empty()) return problem;
   if (filter.cameras.empty()) return "there is no camera";
+  if (std::string problem = problem_of(filter.cameras); !problem.empty()) return problem;
   if (std::string problem = filter.validate(); !problem.empty()) return problem;
   return tracker.validate();
 }
@@ -133,10 +156,10 @@ std::optional<VisionRestart> VisionPipeline::reason_to_restart(bool has_image) c
 // For a start from images: measured, else expected.
 std::optional<ImageStart::Speed> VisionPipeline::known_speed(const VisionInput& input) const {
   if (velocity_ && std::abs(to_seconds(newest_ - velocity_->utime)) < kVelocityAge_s) {
-    return ImageStart::Speed{velocity_->v_B, velocity_->sigma};
+    return ImageStart::Speed{velocity_->v_B, velocity_->sigma, velocity_->utime};
   }
   if (!input.expected_v_B || !input.expected_v_B->allFinite()) return std::nullopt;
-  return ImageStart::Speed{*input.expected_v_B, options_.expected_sigma};
+  return ImageStart::Speed{*input.expected_v_B, options_.expected_sigma, std::nullopt};
 }
 
 void VisionPipeline::restart(const VisionInput& input) {
@@ -219,10 +242,17 @@ VisionFault VisionPipeline::check_image(const ImageQuality& quality) {
   const bool has_features = fault == VisionFault::kNone || fault == VisionFault::kFewFeatures ||
                             fault == VisionFault::kLost;
   const bool is_blurred = quality.sharpness < options_.blurred_share * sharpness_;
-  if (has_features && is_blurred) return VisionFault::kBlurred;
+  if (has_features && is_blurred) {
+    sharpness_ += kBlurredMemory * (quality.sharpness - sharpness_);
+    return VisionFault::kBlurred;
+  }
   if (fault != VisionFault::kNone) return fault;
-  sharpness_ = sharpness_ == 0.0 ? quality.sharpness
-                                 : sharpness_ + kSharpnessMemory * (quality.sharpness - sharpness_);
+  // Noise in the dark is sharp: the first image to compare with is one with features of the last.
+  if (sharpness_ > 0.0) {
+    sharpness_ += kSharpnessMemory * (quality.sharpness - sharpness_);
+  } else if (quality.tracked >= options_.tracker.min_features) {
+    sharpness_ = quality.sharpness;
+  }
   return VisionFault::kNone;
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <stdexcept>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -242,6 +243,22 @@ TEST_F(VisionServiceTest, SurvivesAnInertialUnitThatIsSilentOrSendsNonsense) {
   EXPECT_TRUE(last.is_good()) << to_sentence(last.fault);
   EXPECT_GT(last.init_utime, begun);
   EXPECT_LT((last.estimate.X_WB.p - pose_at(last.estimate.utime).p).norm(), 0.1);
+}
+
+// What has thrown may be half updated.
+TEST_F(VisionServiceTest, BeginsAgainAfterAnException) {
+  bool must_throw = false;
+  use(OnLate::kBlock, [&](const StereoPairResult&) -> std::optional<RangeScan> {
+    if (std::exchange(must_throw, false)) throw std::runtime_error("no memory");
+    return std::nullopt;
+  });
+  const Utime begun = run(1.0).back().init_utime;
+  must_throw = true;
+  EXPECT_THROW(run(0.5), std::runtime_error);
+  run(1.0);
+  const VisionEstimate last = run(0.2).back();
+  EXPECT_TRUE(last.is_good()) << to_sentence(last.fault);
+  EXPECT_GT(last.init_utime, begun);
 }
 
 TEST_F(VisionServiceTest, WhatIsMadeOfAPairComesWithItsAnswer) {

@@ -3,6 +3,7 @@
 
 #include "estimation/visual_inertial/pipeline/vision_pipeline.h"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <vector>
@@ -99,6 +100,7 @@ class PipelineTest : public ::testing::Test {
     const double t = to_seconds(now_ - kStart);
     ImageFrame frame = room_.image(model, camera_at(t) * model.X_BC, now_, 1.0, light_);
     frame.camera = camera;
+    if (spoil_image_) spoil_image_(frame);
     return frame;
   }
 
@@ -160,6 +162,7 @@ class PipelineTest : public ::testing::Test {
   double light_ = 1.0;
   bool imu_is_on_ = true;
   bool has_depth_ = true;
+  std::function<void(ImageFrame&)> spoil_image_;
   bool has_speed_ = false;
   Utime now_ = kStart;
   Utime next_imu_ = kStart - 100'000;
@@ -253,6 +256,42 @@ TEST_F(PipelineTest, GoesOnAfterShortDarkness) {
   const std::vector<Step> light = run_until(20.0);
   EXPECT_TRUE(restarts(light).empty());
   EXPECT_TRUE(light.back().vision.is_good());
+}
+
+// The noise of a dark image is sharp: no scene is blurred beside it.
+TEST_F(PipelineTest, BeginsAfterImagesOfNothingButNoise) {
+  use(known_start());
+  Random of_pixels(3);
+  spoil_image_ = [&](ImageFrame& frame) {
+    for (auto& pixel : frame.pixels) pixel = static_cast<std::uint8_t>(of_pixels.bits() % 64);
+  };
+  run_until(1.0);
+  spoil_image_ = nullptr;
+  EXPECT_TRUE(run_until(6.0).back().vision.is_good());
+}
+
+// Smoother ground, or another lamp: what remains so is the scene, not blur.
+TEST_F(PipelineTest, UsesASceneThatHasBecomeSmoother) {
+  use(known_start());
+  run_until(4.0);
+  spoil_image_ = [](ImageFrame& frame) {
+    const std::vector<std::uint8_t> sharp = frame.pixels;
+    const auto width = static_cast<std::ptrdiff_t>(frame.width);
+    const auto at = [&](std::ptrdiff_t x, std::ptrdiff_t y) {
+      x = std::clamp<std::ptrdiff_t>(x, 0, width - 1);
+      y = std::clamp<std::ptrdiff_t>(y, 0, frame.height - 1);
+      return static_cast<int>(sharp[static_cast<std::size_t>(y * width + x)]);
+    };
+    for (std::ptrdiff_t y = 0; y < frame.height; ++y) {
+      for (std::ptrdiff_t x = 0; x < width; ++x) {
+        int sum = 0;
+        for (int k = 0; k < 81; ++k) sum += at(x + k % 9 - 4, y + k / 9 - 4);
+        frame.pixels[static_cast<std::size_t>(y * width + x)] = static_cast<std::uint8_t>(sum / 81);
+      }
+    }
+  };
+  EXPECT_EQ(run_until(4.5).back().vision.fault, VisionFault::kBlurred);
+  EXPECT_NE(run_until(30.0).back().vision.fault, VisionFault::kBlurred);
 }
 
 TEST_F(PipelineTest, BeginsAgainAfterALongGapOfTheImu) {
