@@ -135,8 +135,9 @@ class Run {
   std::vector<double> position_, attitude_;
 };
 
-ImageStart start_at(const Settings& settings, const Truth& truth, Random& random) {
+ImageStart start_at(const Settings& settings, double t, const Truth& truth, Random& random) {
   ImageStart start;
+  start.utime = from_seconds(t);
   const double x = random.normal();
   const double y = random.normal();
   start.position_W = truth.X_WB.p + start.position_sigma_m * Vector3d(x, y, random.normal());
@@ -147,8 +148,8 @@ ImageStart start_at(const Settings& settings, const Truth& truth, Random& random
     const Vector3d v_B = truth.X_WB.q.conjugate() * truth.v_W;
     const double a = random.normal();
     const double b = random.normal();
-    start.speed =
-        ImageStart::Speed{v_B + kSpeedSigma * Vector3d(a, b, random.normal()), kSpeedSigma};
+    start.speed = ImageStart::Speed{v_B + kSpeedSigma * Vector3d(a, b, random.normal()),
+                                    kSpeedSigma, start.utime};
   }
   return start;
 }
@@ -168,7 +169,7 @@ void dive_once(const Settings& settings, double speed, std::uint64_t seed, Figur
     return Truth{truth.X_WB, truth.X_WB.q * truth.v_WB_B};
   };
   const VisualInertialOptions of_filter = filter_options(dive, options);
-  VisualInertialFilter filter(of_filter, start_at(settings, truth_at(begin), random));
+  VisualInertialFilter filter(of_filter, start_at(settings, begin, truth_at(begin), random));
   Run run(settings, begin, all);
   double next = begin;
   for (Utime utime = from_seconds(begin); to_seconds(utime) <= begin + settings.seconds;
@@ -197,7 +198,8 @@ void fly_once(const Settings& settings, const RecordedFlight& flight, const std:
   MadeFeatures features(of_features, cameras, cameras, random);
   const auto images = static_cast<std::size_t>(settings.seconds * 20.0);
   const auto& truth = flight.truth();
-  const std::size_t first = random.bits() % (truth.size() - images - 1);
+  std::size_t first = random.bits() % (truth.size() - images - 1);
+  while (!flight.is_smooth(first, images)) first = random.bits() % (truth.size() - images - 1);
   for (std::size_t i = first; i < first + images; ++i) {
     for (int k = 0; k < 12; ++k) features.add_point_before(truth[i].X_WB);
   }
@@ -205,8 +207,9 @@ void fly_once(const Settings& settings, const RecordedFlight& flight, const std:
   of_filter.cameras = cameras;
   of_filter.pixel_sigma = settings.pixel_sigma;
   const auto truth_at = [&](std::size_t i) { return Truth{truth[i].X_WB, flight.velocity_W(i)}; };
-  VisualInertialFilter filter(of_filter, start_at(settings, truth_at(first), random));
-  Run run(settings, to_seconds(truth[first].utime), all);
+  const double begin = to_seconds(truth[first].utime);
+  VisualInertialFilter filter(of_filter, start_at(settings, begin, truth_at(first), random));
+  Run run(settings, begin, all);
   auto sample = std::lower_bound(flight.imu().begin(), flight.imu().end(), truth[first].utime,
                                  [](const ImuSample& s, Utime t) { return s.utime < t; });
   for (std::size_t i = first; i < first + images; ++i) {

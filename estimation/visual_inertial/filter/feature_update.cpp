@@ -183,6 +183,32 @@ void separate_landmark(LinearSystem& system) {
   system.H_f = qr.matrixQR().triangularView<Eigen::Upper>();
 }
 
+// The depth is e_z^T c, and f = H_f^-1 (r - H x - n).
+double depth_share(const FilterState& state, const LinearSystem& separated, const Vector3d& p_W,
+                   double pixel_sigma) {
+  const Pose& X_WB = state.clones().back().X_WB;
+  const Pose& X_BC = state.cameras_B[0];
+  const Matrix3d R_BW = X_WB.q.conjugate().toRotationMatrix();
+  const Matrix3d R_CB = X_BC.q.conjugate().toRotationMatrix();
+  const Vector3d u = R_BW * (p_W - X_WB.p);
+  const Vector3d c = R_CB * (u - X_BC.p);
+  const Eigen::RowVector3d by_landmark = R_CB.row(2) * R_BW;
+  const Eigen::RowVector3d by_rows = by_landmark * separated.H_f.topRows<3>().inverse();
+  MatrixXd J = -by_rows * separated.H.topRows<3>();
+  const auto columns = state.view_columns();
+  J.rightCols<6>() += (Vector6d() << (R_CB.row(2) * skew(u)).transpose(), -by_landmark.transpose())
+                          .finished()
+                          .transpose();
+  if (const auto own = state.camera_columns(0)) {
+    const Eigen::Index at = own->start - columns[0].start;
+    J.middleCols<3>(at) += skew(c).row(2);
+    J.middleCols<3>(at + 3) -= R_CB.row(2);
+  }
+  const double variance =
+      state.innovation(columns, J)(0, 0) + pixel_sigma * pixel_sigma * by_rows.squaredNorm();
+  return std::sqrt(variance) / c.z();
+}
+
 void compress(MatrixXd& H, VectorXd& r) {
   if (H.rows() <= H.cols()) return;
   const Eigen::Index columns = H.cols();

@@ -55,6 +55,10 @@ struct LinearSystem {
 /// three rows then determine the landmark, the others do not depend on it (the rows of a nullspace
 /// projection).
 void separate_landmark(LinearSystem& system);
+/// Sigma of the depth before the left camera at the newest clone, as a share of it: by the images,
+/// poses and calibration. Demands a separated system.
+[[nodiscard]] double depth_share(const FilterState& state, const LinearSystem& separated,
+                                 const Eigen::Vector3d& p_W, double pixel_sigma);
 /// Reduces the number of rows to that of the columns, if larger, without loss: R and Q^T r of H = Q
 /// R.
 void compress(Eigen::MatrixXd& H, Eigen::VectorXd& r);

@@ -33,6 +33,7 @@ std::string VisualInertialOptions::validate() const {
   check("max_update_features", max_update_features, 1, 200);
   check("keyframe_distance_m", keyframe_distance_m, 0.0, 10.0);
   check("keyframe_rotation_deg", keyframe_rotation_deg, 0.0, 90.0);
+  check("keyframe_period_s", keyframe_period_s, 0.01, 100.0);
   check("gate_sigma", gate_sigma, 0.5, 6.0);
   check("scalar_gate_sigma", scalar_gate_sigma, 0.5, 10.0);
   check("extrinsic_sigma_deg", extrinsic_sigma_deg, 1e-4, 30.0);

@@ -36,6 +36,7 @@ struct VisualInertialOptions {
   int max_update_features = 8;         ///< Per update with nullspace projection.
   double keyframe_distance_m = 0.15;   ///< Distance from the previous clone at which one is kept.
   double keyframe_rotation_deg = 6.0;  ///< Rotation from the previous clone at which one is kept.
+  double keyframe_period_s = 1.0;      ///< Time after the previous clone at which one is kept.
   double gate_sigma = 2.0;         ///< Gate of features: quantile of chi^2 at this normal sigma.
   double scalar_gate_sigma = 3.5;  ///< Gate of depth, speed and zero-velocity updates.
 
@@ -53,8 +54,8 @@ struct VisualInertialOptions {
   /// exact, and not estimated.
   double refractive_index_sigma = 0.0;
 
-  double zero_velocity_sigma = 0.01;       ///< m/s, of a zero-velocity update.
-  double zero_velocity_pixels = 0.8;       ///< Maximum image motion in half a second at rest.
+  double zero_velocity_sigma = 0.01;       ///< m/s, the least of a zero-velocity update.
+  double zero_velocity_pixels = 0.8;       ///< Maximum image motion at rest, beside noise.
   double zero_velocity_gyro_sigma = 0.1;   ///< Maximum gyro scatter at rest, rad/s.
   double zero_velocity_accel_sigma = 2.0;  ///< Maximum accelerometer scatter at rest, m/s^2.
 

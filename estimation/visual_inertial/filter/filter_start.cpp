@@ -17,15 +17,21 @@ struct Sigmas {
   double accel_bias;
 };
 
-// Tilt and yaw are about the axes of W, the error of the attitude is expressed in B.
-Matrix15d covariance(const Sigmas& s, const Eigen::Quaterniond& q_WB) {
+// Tilt and yaw are about the axes of W, the error of the attitude is expressed in B. The velocity
+// is known in B: in W it errs with the attitude, by -R [v_B]x theta.
+Matrix15d covariance(const Sigmas& s, const Kinematics& motion) {
   using namespace imu_error;
   Matrix15d P = Matrix15d::Zero();
-  const Matrix3d R_WB = q_WB.toRotationMatrix();
+  const Matrix3d R_WB = motion.q_WB.toRotationMatrix();
   const Vector3d attitude(s.tilt * s.tilt, s.tilt * s.tilt, s.yaw * s.yaw);
   P.block<3, 3>(kAttitude, kAttitude) = R_WB.transpose() * attitude.asDiagonal() * R_WB;
   P.diagonal().segment<3>(kPosition) = s.position.cwiseAbs2();
-  P.diagonal().segment<3>(kVelocity).setConstant(s.speed * s.speed);
+  const Matrix3d by_attitude = -skew(motion.v_WB) * R_WB;
+  const Matrix3d cross = by_attitude * P.block<3, 3>(kAttitude, kAttitude);
+  P.block<3, 3>(kVelocity, kAttitude) = cross;
+  P.block<3, 3>(kAttitude, kVelocity) = cross.transpose();
+  P.block<3, 3>(kVelocity, kVelocity) = cross * by_attitude.transpose();
+  P.diagonal().segment<3>(kVelocity).array() += s.speed * s.speed;
   P.diagonal().segment<3>(kGyroBias).setConstant(s.gyro_bias * s.gyro_bias);
   P.diagonal().segment<3>(kAccelBias).setConstant(s.accel_bias * s.accel_bias);
   return 0.5 * (P + P.transpose());
@@ -79,7 +85,7 @@ std::optional<InitialState> begin(const KnownStart& start, const VisualInertialO
                       start.speed_sigma,
                       start.bias.gyro_sigma.value_or(options.gyro_bias_sigma),
                       start.bias.accel_sigma.value_or(options.accel_bias_sigma)};
-  return InitialState{start.utime, state, covariance(sigmas, state.motion.q_WB), std::nullopt};
+  return InitialState{start.utime, state, covariance(sigmas, state.motion), std::nullopt, true};
 }
 
 }  // namespace dive::estimation

@@ -25,13 +25,17 @@ struct ImageStart {
   struct Speed {
     Eigen::Vector3d v_WB_B = Eigen::Vector3d::Zero();  ///< m/s
     double sigma = 0.1;                                ///< m/s, per axis.
+    /// When it was measured; without it the vehicle is expected to have this speed at any time.
+    std::optional<Utime> utime;
   };
+  /// When the vehicle had this position and heading; without it at the first image.
+  std::optional<Utime> utime;
   Eigen::Vector3d position_W = Eigen::Vector3d::Zero();  ///< m; z is taken from depth if there is.
   double position_sigma_m = 0.1;
   /// Attitude of that heading: the filter's is turned about the vertical to come nearest to it.
   Eigen::Quaterniond heading = Eigen::Quaterniond::Identity();
   double heading_sigma_deg = 1.0;
-  std::optional<Speed> speed;  ///< If it moves. Without it one camera needs a change of speed.
+  std::optional<Speed> speed;  ///< Without it one camera needs a change of speed.
   BiasPrior bias;
 };
 
@@ -58,6 +62,8 @@ struct InitialState {
   Matrix15d covariance;
   /// Mean rate and specific force, if the biases were found there (FilterState::correlate_biases).
   std::optional<ImuReading> biases_at;
+  /// False: without a depth sample, the height is that of nothing in particular.
+  bool has_height = true;
 };
 
 /// Empty until the IMU has reached its time.

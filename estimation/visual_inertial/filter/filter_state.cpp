@@ -167,10 +167,10 @@ void FilterState::propagate(const ImuStep& step) {
   P_.block(kSize, 0, rest, kSize) = scratch_.rightCols(rest).transpose();
 }
 
-void FilterState::clone(std::int64_t frame, const Vector3d& rate_B) {
+void FilterState::clone(std::int64_t frame, Utime utime, const Vector3d& rate_B) {
   DIVE_DEMAND(size_ + 6 <= P_.rows());
   const Pose pose{imu.motion.p_WB, imu.motion.q_WB};
-  clones_.push_back({frame, pose, rate_B, imu.motion.v_WB});
+  clones_.push_back({frame, utime, pose, rate_B, imu.motion.v_WB});
   const int at = size_;
   size_ += 6;
   P_.block(at, 0, 6, at) = P_.topRows<6>().leftCols(at);
@@ -253,6 +253,14 @@ bool FilterState::add_landmark(const MapLandmark& landmark, const Eigen::Matrix3
   landmarks_.back().p_W += shift;
   turn_covariance(before);
   return true;
+}
+
+void FilterState::forget_height(double sigma_m) {
+  VectorXd up = VectorXd::Zero(size_);
+  up[imu_error::kPosition + 2] = sigma_m;
+  for (std::size_t i = 0; i < landmarks_.size(); ++i) up[landmark_columns(i).start + 2] = sigma_m;
+  for (std::size_t i = 0; i < clones_.size(); ++i) up[clone_columns(i).start + 5] = sigma_m;
+  P_.topLeftCorner(size_, size_) += up * up.transpose();
 }
 
 MatrixXd FilterState::innovation(std::span<const Columns> columns, const MatrixXd& H) const {

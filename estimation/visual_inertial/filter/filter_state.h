@@ -15,12 +15,14 @@
 #include <span>
 #include <vector>
 
+#include "common/clock.h"
 #include "estimation/visual_inertial/filter/imu_propagation.h"
 
 namespace dive::estimation {
 
 struct Clone {
   std::int64_t frame = 0;  ///< Number of the frame taken at this pose.
+  Utime utime = 0;         ///< Its time, by the IMU's clock.
   Pose X_WB;
   Eigen::Vector3d rate_B = Eigen::Vector3d::Zero();  ///< Turn rate then, rad/s.
   Eigen::Vector3d v_W = Eigen::Vector3d::Zero();     ///< Velocity then, m/s.
@@ -90,7 +92,7 @@ class FilterState {
   void propagate(const ImuStep& step);
   /// Copies the pose; its error includes that of the time offset, by the rate (rad/s) and the
   /// velocity.
-  void clone(std::int64_t frame, const Eigen::Vector3d& rate_B);
+  void clone(std::int64_t frame, Utime utime, const Eigen::Vector3d& rate_B);
   void drop_clone(std::size_t clone);
   void drop_landmark(std::size_t landmark);
   /// Adds a landmark determined by the three rows r = H x + H_f f + n, n ~ N(0, variance I), H over
@@ -98,6 +100,10 @@ class FilterState {
   /// singular. Moves the clones' columns.
   bool add_landmark(const MapLandmark& landmark, const Eigen::Matrix3Xd& H,
                     const Eigen::Matrix3d& H_f, const Eigen::Vector3d& r, double variance);
+
+  /// Adds this much uncertainty (m, one sigma) to the height of everything at once, which no image
+  /// and no IMU measures.
+  void forget_height(double sigma_m);
 
   /// The update with r = H x + n, H over `columns` in that order, n ~ N(0, diag(variances)). False,
   /// without any change, if the result would not be finite or not positive.

@@ -9,6 +9,7 @@ namespace dive::estimation {
 namespace {
 
 constexpr std::size_t kMinFeatures = 10;
+constexpr double kFarScene_m = 6.0;       // farther things are rarely visible under water
 constexpr double kMedianOfNoise = 1.177;  // of a distance, per sigma of each axis (Rayleigh)
 
 }  // namespace
@@ -34,6 +35,11 @@ std::optional<double> motion_between(const FeatureFrame& a, const FeatureFrame& 
 double still_motion(const VisualInertialOptions& options) {
   const double noise = kMedianOfNoise * std::sqrt(2.0) * options.pixel_sigma;  // two frames
   return std::hypot(options.zero_velocity_pixels, noise);
+}
+
+HiddenMotion hidden_motion(const VisualInertialOptions& options, double seconds) {
+  const double rate = still_motion(options) / (options.cameras.front().focal() * seconds);
+  return {kFarScene_m * rate, rate};
 }
 
 }  // namespace dive::estimation

@@ -15,4 +15,11 @@ namespace dive::estimation {
 /// The largest that may be noise alone, pixels.
 [[nodiscard]] double still_motion(const VisualInertialOptions& options);
 
+/// What so small a motion in `seconds` may hide.
+struct HiddenMotion {
+  double speed = 0.0;  ///< m/s, before a scene six metres away.
+  double rate = 0.0;   ///< rad/s
+};
+[[nodiscard]] HiddenMotion hidden_motion(const VisualInertialOptions& options, double seconds);
+
 }  // namespace dive::estimation

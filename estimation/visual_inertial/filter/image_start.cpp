@@ -24,9 +24,12 @@ constexpr double kLeast_s = 0.45;              // of images, for any initialisat
 constexpr double kMost_s = 2.0;                // of images that are used
 constexpr double kRetry_s = 0.2;               // between two attempts
 constexpr double kLongGap_s = 0.5;             // between two images, after which it begins again
-constexpr double kDepthApart_s = 0.2;          // of a depth sample from a frame
+constexpr double kDepthApart_s = 0.6;          // between two depth samples about a frame
 constexpr double kSpeeds[] = {0.1, 0.4, 1.5};  // m/s, where the fits of one camera begin
 constexpr double kStereoSpeed = 0.3;           // m/s, where that of two cameras begins
+constexpr double kMaxKnownSpeedSigma = 0.2;    // m/s, of a speed that counts as known
+constexpr double kUnknownHeight = 10.0;        // m, of the first image before depth is used
+constexpr double kUnknownSpeed = 1.0;          // m/s, of a vehicle that is not observed
 constexpr double kAsGood = 9.0;                // of the cost: three sigma
 constexpr double kGravityShare = 0.3;          // difference of the mean specific force from gravity
 constexpr std::size_t kMinStartFeatures = 15;
@@ -50,6 +53,27 @@ Quaterniond upright(const Vector3d& up_B, const Quaterniond& like) {
   const double norm = std::hypot(turn.w(), turn.z());
   if (!(norm > 1e-6)) return level;  // upside down: any heading is as near
   return (Quaterniond(turn.w() / norm, 0.0, 0.0, turn.z() / norm) * level).normalized();
+}
+
+// By the gyro; both times within the buffer's, or the nearest reading is used.
+Quaterniond turn_over(const ImuBuffer& imu, Utime from, Utime to, const Vector3d& gyro_bias) {
+  Quaterniond turned = Quaterniond::Identity();
+  if (to <= from) return turned;
+  std::vector<ImuInterval> intervals;
+  imu.intervals(from, to, intervals);
+  for (const ImuInterval& at : intervals) {
+    turned = turned * so3_exp(at.dt * (0.5 * (at.begin.gyro_B + at.end.gyro_B) - gyro_bias));
+  }
+  return turned.normalized();
+}
+
+// A pair of cameras of which one sees nothing is one camera.
+bool sees_with_two_cameras(const StartWindow& window) {
+  const auto pairs = std::ranges::count_if(window.tracks, [](const FeatureTrack& track) {
+    return std::ranges::any_of(track.observations,
+                               [](const auto& o) { return o.right.has_value(); });
+  });
+  return static_cast<std::size_t>(pairs) >= kMinStartFeatures;
 }
 
 ImuReading mean_reading(const StartWindow& window) {
@@ -90,15 +114,14 @@ double tilt_sigma(const WindowFit& fit) {
 }
 
 // Empty if the fit determines the state, else what is missing. At constant velocity one camera
-// never shows the speed better than it was given.
-std::string shortcoming(const WindowFit& fit, const ImageStart& start) {
+// never shows the speed better than it was given: `told`, m/s.
+std::string shortcoming(const WindowFit& fit, double told) {
   if (fit.cost > kMaxCost || fit.outliers > kMaxOutliers || fit.behind > kMaxBehind) {
     return fmt::format(
         "features that agree with one motion ({:.0f} % do not, error {:.1f} times the noise)",
         100.0 * std::max(fit.outliers, fit.behind), std::sqrt(fit.cost));
   }
   const double speed = speed_sigma(fit);
-  const double told = start.speed ? start.speed->sigma : 0.0;
   if (speed > std::max({kMaxSpeedSigma, kMaxSpeedShare * fit.last.motion.v_WB.norm(), told})) {
     return fmt::format("a change of speed, or a known speed: it is known to {:.2f} m/s only",
                        speed);
@@ -118,6 +141,10 @@ std::string shortcoming(const WindowFit& fit, const ImageStart& start) {
 void ImageInitialiser::reset() {
   frames_.clear();
   depth_.clear();
+  measured_.reset();
+  since_.reset();
+  turned_at_.reset();
+  turned_ = Quaterniond::Identity();
   tried_ = 0;
   waits_for_ = "images";
 }
@@ -144,15 +171,18 @@ void ImageInitialiser::add(Utime utime, FeatureFrame frame) {
   while (to_seconds(utime - frames_.front().utime) > kMost_s) frames_.pop_front();
 }
 
-// By the images of the last half second.
-bool ImageInitialiser::is_still() const {
-  const Utime since = frames_.back().utime - from_seconds(kLeast_s);
-  const auto after = std::upper_bound(frames_.begin(), frames_.end(), since,
-                                      [](Utime t, const Seen& seen) { return t < seen.utime; });
-  if (after == frames_.begin()) return false;
-  const auto motion =
-      motion_between(std::prev(after)->frame, frames_.back().frame, options_.cameras.front());
-  return motion && *motion <= still_motion(options_);
+// Seconds up to the last image in which nothing has moved; empty if less than half a second.
+std::optional<double> ImageInitialiser::rest_s() const {
+  for (const double seconds : {kMost_s - 0.1, kLeast_s}) {
+    const Utime since = frames_.back().utime - from_seconds(seconds);
+    const auto after = std::upper_bound(frames_.begin(), frames_.end(), since,
+                                        [](Utime t, const Seen& seen) { return t < seen.utime; });
+    if (after == frames_.begin()) continue;
+    const auto motion =
+        motion_between(std::prev(after)->frame, frames_.back().frame, options_.cameras.front());
+    if (motion && *motion <= still_motion(options_)) return seconds;
+  }
+  return std::nullopt;
 }
 
 std::optional<double> ImageInitialiser::depth_at(Utime utime) const {
@@ -216,22 +246,53 @@ StartWindow ImageInitialiser::window(double seconds, const ImuBuffer& imu) const
   return window;
 }
 
+// The speed as it is known at the frame nearest to its time; one of another time says less.
+std::optional<WindowPriors::Speed> ImageInitialiser::speed_in(const ImageStart& start,
+                                                              const StartWindow& window) const {
+  const std::optional<ImageStart::Speed>& known = measured_ ? measured_ : start.speed;
+  if (!known) return std::nullopt;
+  WindowPriors::Speed speed{known->v_WB_B, known->sigma, window.size() - 1};
+  if (!known->utime) return speed;
+  const auto apart = [&](std::size_t frame) {
+    return std::abs(to_seconds(window.utimes[frame] - *known->utime));
+  };
+  for (std::size_t frame = 0; frame < window.size(); ++frame) {
+    if (apart(frame) < apart(speed.frame)) speed.frame = frame;
+  }
+  speed.sigma = std::hypot(speed.sigma, options_.unknown_accel_sigma * apart(speed.frame));
+  if (speed.sigma > kMaxKnownSpeedSigma) return std::nullopt;
+  return speed;
+}
+
+// Turns the heading to the oldest image in the window by the gyro.
+void ImageInitialiser::follow_heading(const ImageStart& start, const ImuBuffer& imu) {
+  const Utime to =
+      frames_.empty() ? imu.newest().utime - from_seconds(kMost_s) : frames_.front().utime;
+  if (!since_) {
+    if (frames_.empty() && !start.utime) return;
+    since_ = turned_at_ = start.utime.value_or(to);
+  }
+  if (to <= *turned_at_) return;
+  turned_ = (turned_ * turn_over(imu, *turned_at_, to, start.bias.gyro)).normalized();
+  turned_at_ = to;
+}
+
 // The best of the fits that begin at several speeds: one camera's images hardly distinguish them at
 // first, and a fit that begins far too slow ends there.
-std::optional<WindowFit> ImageInitialiser::fit_in_motion(const ImageStart& start,
-                                                         const StartWindow& window,
+std::optional<WindowFit> ImageInitialiser::fit_in_motion(const StartWindow& window,
                                                          const std::vector<Pose>& cameras_B,
                                                          const WindowPriors& priors,
                                                          ImuState first) const {
-  first.gyro_bias = fit_gyro_bias(window, cameras_B[0].q, start.bias.gyro, priors.gyro_bias_sigma);
+  first.gyro_bias =
+      fit_gyro_bias(window, cameras_B[0].q, priors.bias.gyro_bias, priors.gyro_bias_sigma);
   const auto motion = find_first_motion(window, cameras_B[0], first.gyro_bias);
   if (!motion) return std::nullopt;
   std::vector<double> speeds(std::begin(kSpeeds), std::end(kSpeeds));
-  if (start.speed) speeds = {start.speed->v_WB_B.norm()};
-  if (cameras_B.size() > 1) speeds = {kStereoSpeed};
+  if (priors.speed) speeds = {priors.speed->v_B.norm()};
+  if (sees_with_two_cameras(window)) speeds = {kStereoSpeed};
   std::vector<WindowFit> fits;
   for (const double speed : speeds) {
-    first.motion.q_WB = upright(motion->up_B, start.heading);
+    first.motion.q_WB = upright(motion->up_B, first.motion.q_WB);
     first.motion.v_WB = first.motion.q_WB * motion->velocity(speed);
     const auto fit = fit_window(window, options_, cameras_B, first, priors);
     if (fit) fits.push_back(*fit);
@@ -248,8 +309,9 @@ std::optional<WindowFit> ImageInitialiser::fit_in_motion(const ImageStart& start
   return best;
 }
 
-std::optional<InitialState> ImageInitialiser::fit(const ImageStart& start, bool is_at_rest,
-                                                  const StartWindow& window,
+std::optional<InitialState> ImageInitialiser::fit(const ImageStart& start,
+                                                  std::optional<double> rest_s,
+                                                  const StartWindow& window, const ImuBuffer& imu,
                                                   const FilterState& calibrated) {
   const ImuReading mean = mean_reading(window);
   if (std::abs(mean.accel_B.norm() - options_.gravity) > kGravityShare * options_.gravity) {
@@ -259,37 +321,50 @@ std::optional<InitialState> ImageInitialiser::fit(const ImageStart& start, bool 
   }
   ImuState first;
   first.intrinsics = calibrated.imu.intrinsics;
-  first.gyro_bias = is_at_rest ? mean.gyro_B : start.bias.gyro;
+  first.gyro_bias = rest_s ? mean.gyro_B : start.bias.gyro;
   first.accel_bias = start.bias.accel;
-  first.motion.q_WB = upright(mean.accel_B, start.heading);
+  const Quaterniond turned =
+      turned_ * turn_over(imu, *turned_at_, window.utimes.front(), start.bias.gyro);
+  first.motion.q_WB = upright(mean.accel_B, start.heading * turned);
   first.motion.p_WB = start.position_W;
-  if (window.depth_m.front()) {
-    first.motion.p_WB.z() =
-        -*window.depth_m.front() - (first.motion.q_WB * options_.depth_sensor_B).z();
-  }
   WindowPriors priors;
-  priors.position_sigma_m = start.position_sigma_m;
-  priors.heading_sigma = deg_to_rad(start.heading_sigma_deg);
   priors.bias.gyro_bias = start.bias.gyro;
   priors.bias.accel_bias = start.bias.accel;
   priors.gyro_bias_sigma = start.bias.gyro_sigma.value_or(options_.gyro_bias_sigma);
-  priors.accel_bias_sigma = start.bias.accel_sigma.value_or(options_.accel_bias_sigma);
-  priors.is_at_rest = is_at_rest;
-  if (start.speed && !is_at_rest) {
-    priors.speed = WindowPriors::Speed{start.speed->v_WB_B, start.speed->sigma};
+  const double since_s = std::max(to_seconds(window.utimes.front() - *since_), 0.0);
+  priors.position_sigma_m.setConstant(std::hypot(start.position_sigma_m, kUnknownSpeed * since_s));
+  const auto depth = std::ranges::find_if(window.depth_m, &std::optional<double>::has_value);
+  const bool has_depth = depth != window.depth_m.end();
+  if (has_depth) {
+    // The height is that of the depth sensor, wherever the position was.
+    first.motion.p_WB.z() = -**depth - (first.motion.q_WB * options_.depth_sensor_B).z();
+    priors.position_sigma_m.z() = kUnknownHeight;
   }
-  const auto result = is_at_rest
-                          ? fit_window(window, options_, calibrated.cameras_B, first, priors)
-                          : fit_in_motion(start, window, calibrated.cameras_B, priors, first);
+  priors.heading_sigma =
+      std::hypot(deg_to_rad(start.heading_sigma_deg), priors.gyro_bias_sigma * since_s);
+  priors.accel_bias_sigma = start.bias.accel_sigma.value_or(options_.accel_bias_sigma);
+  priors.speed = speed_in(start, window);
+  if (rest_s) {
+    priors.rest_sigma =
+        std::max(options_.zero_velocity_sigma, hidden_motion(options_, *rest_s).speed);
+  }
+  const auto result = rest_s ? fit_window(window, options_, calibrated.cameras_B, first, priors)
+                             : fit_in_motion(window, calibrated.cameras_B, priors, first);
   if (!result) {
     waits_for_ = "features that determine a motion";
     return std::nullopt;
   }
-  if (waits_for_ = shortcoming(*result, start); !waits_for_.empty()) return std::nullopt;
+  double told = 0.0;
+  if (priors.speed) {
+    const Utime since = window.utimes[priors.speed->frame];
+    told = std::hypot(priors.speed->sigma,
+                      priors.accel_bias_sigma * to_seconds(window.utimes.back() - since));
+  }
+  if (waits_for_ = shortcoming(*result, told); !waits_for_.empty()) return std::nullopt;
   const ImuReading unbiased{mean.gyro_B - result->last.gyro_bias,
                             mean.accel_B - result->last.accel_bias};
   return InitialState{window.utimes.back(), result->last, kSafety * kSafety * result->covariance,
-                      unbiased};
+                      unbiased, has_depth};
 }
 
 std::optional<InitialState> ImageInitialiser::begin(const ImageStart& start, const ImuBuffer& imu,
@@ -298,6 +373,7 @@ std::optional<InitialState> ImageInitialiser::begin(const ImageStart& start, con
     waits_for_ = "the IMU";
     return std::nullopt;
   }
+  follow_heading(start, imu);
   if (frames_.empty()) return std::nullopt;
   const Utime last = frames_.back().utime;
   if (imu.newest().utime < last || to_seconds(last - tried_) < kRetry_s) return std::nullopt;
@@ -307,14 +383,14 @@ std::optional<InitialState> ImageInitialiser::begin(const ImageStart& start, con
     return std::nullopt;
   }
   tried_ = last;
-  const bool is_at_rest = is_still();
-  const StartWindow chosen = window(is_at_rest ? kLeast_s + 0.1 : kMost_s, imu);
+  const std::optional<double> rest = rest_s();
+  const StartWindow chosen = window(rest ? *rest + 0.1 : kMost_s, imu);
   if (chosen.tracks.size() < kMinStartFeatures) {
     waits_for_ = fmt::format("features that last: {} of {} are seen long enough",
                              chosen.tracks.size(), frames_.back().frame.features.size());
     return std::nullopt;
   }
-  return fit(start, is_at_rest, chosen, calibrated);
+  return fit(start, rest, chosen, imu, calibrated);
 }
 
 }  // namespace dive::estimation

@@ -21,6 +21,8 @@ class ImageInitialiser {
 
   void reset();
   void add(const DepthSample& sample);
+  /// A measured speed, newer than that of the start.
+  void add(const ImageStart::Speed& speed) { measured_ = speed; }
   /// `utime`: of the frame, by the IMU's clock.
   void add(Utime utime, FeatureFrame frame);
 
@@ -37,23 +39,30 @@ class ImageInitialiser {
     FeatureFrame frame;
   };
 
-  [[nodiscard]] bool is_still() const;
+  [[nodiscard]] std::optional<double> rest_s() const;
   [[nodiscard]] StartWindow window(double seconds, const ImuBuffer& imu) const;
   [[nodiscard]] std::optional<double> depth_at(Utime utime) const;
   void follow(const std::vector<const Seen*>& chosen, StartWindow& window) const;
-  [[nodiscard]] std::optional<WindowFit> fit_in_motion(const ImageStart& start,
-                                                       const StartWindow& window,
+  [[nodiscard]] std::optional<WindowPriors::Speed> speed_in(const ImageStart& start,
+                                                            const StartWindow& window) const;
+  [[nodiscard]] std::optional<WindowFit> fit_in_motion(const StartWindow& window,
                                                        const std::vector<Pose>& cameras_B,
                                                        const WindowPriors& priors,
                                                        ImuState first) const;
-  [[nodiscard]] std::optional<InitialState> fit(const ImageStart& start, bool is_at_rest,
-                                                const StartWindow& window,
+  [[nodiscard]] std::optional<InitialState> fit(const ImageStart& start,
+                                                std::optional<double> rest_s,
+                                                const StartWindow& window, const ImuBuffer& imu,
                                                 const FilterState& calibrated);
+  void follow_heading(const ImageStart& start, const ImuBuffer& imu);
 
   VisualInertialOptions options_;
   std::deque<Seen> frames_;
   std::deque<DepthSample> depth_;
-  Utime tried_ = 0;  ///< Last frame of the last attempt.
+  std::optional<ImageStart::Speed> measured_;
+  /// Of position and heading of the start, and up to when `turned_` is known.
+  std::optional<Utime> since_, turned_at_;
+  Eigen::Quaterniond turned_ = Eigen::Quaterniond::Identity();  ///< Since then, by the gyro.
+  Utime tried_ = 0;                                             ///< Last frame of the last attempt.
   std::string waits_for_ = "images";
 };
 

@@ -120,7 +120,7 @@ tl::expected<Triangulated, TriangulationError> triangulate(std::span<const View>
   by_x.col(2) = -Vector3d(x.x(), x.y(), 1.0) / (x.z() * x.z());
   by_x = X_WA.q.toRotationMatrix() * by_x;
   return Triangulated{X_WA * (Vector3d(x.x(), x.y(), 1.0) / x.z()),
-                      by_x * covariance * by_x.transpose(), depth_share, at.cost};
+                      by_x * covariance * by_x.transpose(), at.cost};
 }
 
 }  // namespace dive::estimation

@@ -24,8 +24,6 @@ struct Triangulated {
   Eigen::Vector3d p_W = Eigen::Vector3d::Zero();
   /// Covariance of p_W for poses without error and noise of 1 pixel along each axis.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  /// Relative sigma of the depth under the same assumptions.
-  double depth_share = 0.0;
   double cost = 0.0;  ///< Sum of squared residuals, pixels^2.
 };
 

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "common/assert.h"
+#include "estimation/visual_inertial/filter/image_motion.h"
 #include "estimation/visual_inertial/filter/rolling_shutter.h"
 
 namespace dive::estimation {
@@ -19,6 +20,7 @@ constexpr std::size_t kMaxEvents = 512;
 constexpr Utime kMaxPrediction = 2'000'000;  // us beyond the last IMU sample
 constexpr Utime kKeptImu = 1'000'000;        // us before the state
 constexpr Utime kInitialImu = 4'000'000;     // us before the newest sample, until it has begun
+constexpr double kNoHeight = 1000.0;         // m, sigma before the first depth sample
 constexpr double kStillPerSecond = 2.0;      // Hz, independent zero-velocity updates
 constexpr double kFrameRate = 20.0;          // Hz, usual
 constexpr double kStillRateSigma = 0.003;    // rad/s
@@ -150,6 +152,9 @@ std::optional<InitialState> VisualInertialFilter::initial_state() {
     Event event = std::move(events_.front());
     events_.pop_front();
     if (const auto* const depth = std::get_if<DepthSample>(&event.what)) initialiser_.add(*depth);
+    if (const auto* const speed = std::get_if<Speed>(&event.what)) {
+      initialiser_.add(ImageStart::Speed{speed->v_B, speed->sigma.maxCoeff(), event.utime});
+    }
     auto* const frame = std::get_if<FeatureFrame>(&event.what);
     if (!frame) continue;
     const Vector3d rate_B = imu_.at(event.utime).gyro_B - gyro_bias().value;
@@ -171,6 +176,7 @@ void VisualInertialFilter::try_to_start() {
   last_frame_utime_ = std::numeric_limits<Utime>::min();
   state_.begin(begun->state, begun->covariance);
   if (begun->biases_at) state_.correlate_biases(*begun->biases_at);
+  has_height_ = begun->has_height;
   visual_.reset();
   still_.reset();
   watch_.reset(utime_, state_);
@@ -195,6 +201,8 @@ void VisualInertialFilter::process(const Event& event) {
 }
 
 void VisualInertialFilter::apply(const DepthSample& sample) {
+  if (!has_height_) state_.forget_height(kNoHeight);
+  has_height_ = true;
   const ImuSystem system =
       depth_system(state_, sample.depth_m, options_.depth_sensor_B, options_.depth_sigma_m);
   watch_.on_depth(utime_, gated_correct(state_, system, options_.scalar_gate_sigma));
@@ -212,14 +220,18 @@ void VisualInertialFilter::apply(const FeatureFrame& frame) {
   const double since_last_s = to_seconds(frame.utime) - to_seconds(last_frame_utime_);
   last_frame_utime_ = frame.utime;
   const ImuReading reading = imu_.at(utime_);
-  state_.clone(++frames_, reading.gyro_B - state_.imu.gyro_bias);
+  state_.clone(++frames_, utime_, reading.gyro_B - state_.imu.gyro_bias);
   watch_.on_frame(utime_, visual_.apply(state_, frame, frames_, since_last_s));
-  watch_.health.is_at_rest = still_.is_at_rest(frame, imu_);
-  if (!watch_.health.is_at_rest) return;
+  const std::optional<double> rest_s = still_.rest_s(frame, imu_);
+  watch_.health.is_at_rest = rest_s.has_value();
+  if (!rest_s) return;
   // Frames repeat it more often than it is independent information.
   const double often = std::sqrt(kFrameRate / kStillPerSecond);
+  // The longer the images have stood still, the slower a motion that they would not show.
+  const HiddenMotion hidden = hidden_motion(options_, *rest_s);
   const ImuSystem system = zero_velocity_system(
-      state_, reading.gyro_B, often * options_.zero_velocity_sigma, often * kStillRateSigma);
+      state_, reading.gyro_B, often * std::max(options_.zero_velocity_sigma, hidden.speed),
+      often * std::max(kStillRateSigma, hidden.rate));
   watch_.on_rest(utime_, gated_correct(state_, system, options_.scalar_gate_sigma));
 }
 

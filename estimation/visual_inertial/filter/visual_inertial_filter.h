@@ -1,6 +1,7 @@
 #pragma once
 // The visual-inertial estimator's back end: IMU, features and depth in, StateEstimate out. An MSCKF
-// with first-estimate Jacobians; doc/visual-inertial/ has one page per update.
+// with Jacobians at the newest estimate and a covariance that turns with each correction;
+// doc/visual-inertial/ has one page per update.
 //
 // B is the frame of the IMU. Frames are stamped by the cameras' clock, everything else by the
 // IMU's; the offset between the two is part of the state.
@@ -90,6 +91,7 @@ class VisualInertialFilter {
   std::deque<Event> events_;  ///< Events by time.
   ImageInitialiser initialiser_;
   bool started_ = false;
+  bool has_height_ = true;  ///< False until the first depth sample after a start without one.
   Utime utime_ = 0;
   Utime last_frame_utime_ = 0;
   std::int64_t frames_ = 0;

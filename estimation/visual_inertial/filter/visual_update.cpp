@@ -25,8 +25,8 @@ constexpr int kMaxPromotions = 3;          // new landmarks in one frame
 // A landmark's first covariance is linearised where it is triangulated: it must be initialised
 // well, when the speed is known.
 constexpr double kLandmarkSpeedSigma = 0.01;  // m/s, the largest of an axis
-constexpr double kLandmarkDepthShare = 0.05;
-constexpr double kLongestGap_s = 1.0;  // between frames across which features are followed
+constexpr double kLandmarkDepthShare = 0.03;  // sigma of its depth over the depth
+constexpr double kLongestGap_s = 1.0;         // between frames across which features are followed
 
 std::size_t count_views(const FeatureTrack& track) {
   std::size_t count = 0;
@@ -126,6 +126,7 @@ void VisualUpdate::correct_landmarks(FilterState& state, std::int64_t number,
       MatrixXd::Zero(static_cast<Eigen::Index>(4 * landmark_observations_.size()), all[0].size + 6);
   VectorXd r(H.rows());
   Eigen::Index rows = 0;
+  int used = 0;
   for (const auto& [index, observation] : landmark_observations_) {
     MapLandmark& mark = state.landmarks()[index];
     mark.last_frame = number;
@@ -153,11 +154,12 @@ void VisualUpdate::correct_landmarks(FilterState& state, std::int64_t number,
     rows += count;
     distance_ += distance;
     freedom_ += static_cast<double>(count);
-    ++report.used;
+    ++used;
   }
   H.conservativeResize(rows, Eigen::NoChange);
   r.conservativeResize(rows);
-  state.correct(all, H, r, VectorXd::Constant(rows, sigma_ * sigma_));
+  if (!state.correct(all, H, r, VectorXd::Constant(rows, sigma_ * sigma_))) return;
+  report.used += used;
   for (const auto& [index, observation] : landmark_observations_) {
     const MapLandmark& mark = state.landmarks()[index];
     if (mark.rejected > 0) continue;
@@ -166,7 +168,9 @@ void VisualUpdate::correct_landmarks(FilterState& state, std::int64_t number,
   }
 }
 
-// The newest but one, unless it has the distance of kept clones from the one before.
+// The newest but one, unless it is as far from the one before as kept clones are, or as long after
+// it: without the latter a vehicle that hovers would use up all tracks that reach back to the
+// oldest.
 std::optional<std::size_t> VisualUpdate::leaving_clone(const FilterState& state) const {
   const auto& clones = state.clones();
   if (clones.size() < static_cast<std::size_t>(options_.max_clones)) return std::nullopt;
@@ -174,7 +178,8 @@ std::optional<std::size_t> VisualUpdate::leaving_clone(const FilterState& state)
   const Pose& before = clones[clones.size() - 3].X_WB;
   const bool is_far = (late.p - before.p).norm() >= options_.keyframe_distance_m ||
                       rad_to_deg(angle_between(late.q, before.q)) >= options_.keyframe_rotation_deg;
-  return is_far ? 0 : clones.size() - 2;
+  const Utime apart = clones[clones.size() - 2].utime - clones[clones.size() - 3].utime;
+  return is_far || to_seconds(apart) >= options_.keyframe_period_s ? 0 : clones.size() - 2;
 }
 
 std::vector<VisualUpdate::Candidate> VisualUpdate::candidates(
@@ -219,11 +224,11 @@ std::optional<VisualUpdate::Gated> VisualUpdate::gated(const FilterState& state,
   MatrixXd S = state.innovation(state.view_columns(), system->H.bottomRows(free));
   S.diagonal().array() += sigma_ * sigma_;
   Gated result;
-  result.depth_share = sigma_ * place->depth_share;
   if (is_out(S, system->r.tail(free), result.distance)) {
     ++report.rejected;
     return std::nullopt;
   }
+  result.depth_share = depth_share(state, *system, place->p_W, sigma_);
   result.system = std::move(*system);
   result.landmark = {track.id, place->p_W,
                      with_vehicle(state, place->p_W, sigma_ * sigma_ * place->covariance)};

@@ -32,7 +32,6 @@ constexpr int kMaxDampings = 6;
 constexpr double kSettled = 0.01;  // change of the cost, which is in sigmas squared
 constexpr double kLeastDamping = 1e-9;
 constexpr double kOutlierOfFit = 3.0;   // sigmas
-constexpr double kStillSpeed = 0.01;    // m/s
 constexpr double kExact = 1e-6;         // sigma of a calibration that is not estimated
 constexpr double kClearlyBehind = 3.0;  // sigmas of the inverse depth
 constexpr double kLost = 100.0;         // cost of a point that is not before a camera
@@ -186,8 +185,12 @@ void Problem::add_calibration(const Values& at, FitSystem& normal) const {
 void Problem::add_priors(const Values& at, FitSystem& normal) const {
   const Kinematics& first = at.frames.front();
   const Matrix3d I = Matrix3d::Identity();
-  add_term(column(0) + kPosition, I, Vector3d(first_.p_WB - first.p_WB),
-           weight_of(priors_.position_sigma_m), normal);
+  using Scalar = Eigen::Matrix<double, 1, 1>;
+  for (int axis = 0; axis < 3; ++axis) {
+    add_term(column(0) + kPosition + axis, Scalar(1.0),
+             Scalar(first_.p_WB[axis] - first.p_WB[axis]),
+             weight_of(priors_.position_sigma_m[axis]), normal);
+  }
   // Turned about the vertical since the beginning.
   const Eigen::RowVector3d by_theta = first.q_WB.toRotationMatrix().row(2);
   const Vector3d turned = so3_log(first.q_WB * first_.q_WB.conjugate());
@@ -199,8 +202,8 @@ void Problem::add_priors(const Values& at, FitSystem& normal) const {
            weight_of(priors_.accel_bias_sigma), normal);
   for (std::size_t k = 0; k < window_.size(); ++k) {
     const Kinematics& frame = at.frames[k];
-    if (priors_.is_at_rest) {
-      const double sigma = kStillSpeed * std::sqrt(static_cast<double>(window_.size()));
+    if (priors_.rest_sigma) {
+      const double sigma = *priors_.rest_sigma * std::sqrt(static_cast<double>(window_.size()));
       add_term(column(k) + kVelocity, I, Vector3d(-frame.v_WB), weight_of(sigma), normal);
     }
     if (!window_.depth_m[k]) continue;
@@ -213,12 +216,12 @@ void Problem::add_priors(const Values& at, FitSystem& normal) const {
              normal);
   }
   if (!priors_.speed) return;
-  const Kinematics& last = at.frames.back();
-  const Vector3d v_B = last.q_WB.conjugate() * last.v_WB;
+  const Kinematics& frame = at.frames[priors_.speed->frame];
+  const Vector3d v_B = frame.q_WB.conjugate() * frame.v_WB;
   Eigen::Matrix<double, 3, kFrame> J = Eigen::Matrix<double, 3, kFrame>::Zero();
   J.leftCols<3>() = skew(v_B);
-  J.rightCols<3>() = last.q_WB.conjugate().toRotationMatrix();
-  add_term(column(window_.size() - 1), J, Vector3d(priors_.speed->v_B - v_B),
+  J.rightCols<3>() = frame.q_WB.conjugate().toRotationMatrix();
+  add_term(column(priors_.speed->frame), J, Vector3d(priors_.speed->v_B - v_B),
            weight_of(priors_.speed->sigma), normal);
 }
 

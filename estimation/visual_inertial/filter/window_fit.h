@@ -19,17 +19,18 @@
 namespace dive::estimation {
 
 struct WindowPriors {
-  double position_sigma_m = 0.1;  ///< Of the first frame, per axis.
-  double heading_sigma = 0.02;    ///< rad, about the vertical, of the first frame.
-  ImuState bias;                  ///< Only the biases.
+  Eigen::Vector3d position_sigma_m{0.1, 0.1, 0.1};  ///< Of the first frame.
+  double heading_sigma = 0.02;  ///< rad, about the vertical, of the first frame.
+  ImuState bias;                ///< Only the biases.
   double gyro_bias_sigma = 0.1;
   double accel_bias_sigma = 0.2;
   struct Speed {
     Eigen::Vector3d v_B = Eigen::Vector3d::Zero();
-    double sigma = 0.1;  ///< m/s, per axis.
+    double sigma = 0.1;     ///< m/s, per axis.
+    std::size_t frame = 0;  ///< The frame at which the vehicle had it.
   };
-  std::optional<Speed> speed;  ///< Of the last frame.
-  bool is_at_rest = false;     ///< In all frames.
+  std::optional<Speed> speed;
+  std::optional<double> rest_sigma;  ///< m/s per axis, if it is at rest in all frames.
 };
 
 struct WindowFit {

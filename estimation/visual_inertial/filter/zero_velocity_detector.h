@@ -12,8 +12,8 @@ class ZeroVelocityDetector {
   explicit ZeroVelocityDetector(const VisualInertialOptions& options) : options_(options) {}
 
   void reset() { reference_ = {}; }
-  /// True if nothing has moved for the half second up to `frame`.
-  [[nodiscard]] bool is_at_rest(const FeatureFrame& frame, const ImuBuffer& imu);
+  /// Seconds for which nothing has moved up to `frame`; empty if less than one.
+  [[nodiscard]] std::optional<double> rest_s(const FeatureFrame& frame, const ImuBuffer& imu);
 
  private:
   VisualInertialOptions options_;

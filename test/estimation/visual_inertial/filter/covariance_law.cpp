@@ -67,7 +67,7 @@ class Life {
 
   void swap_clone() {
     if (state_.clones().size() >= 4) state_.drop_clone(random_.bits() % state_.clones().size());
-    state_.clone(++frame_, matrix(3, 1, 0.5));
+    state_.clone(++frame_, 0, matrix(3, 1, 0.5));
   }
 
   void swap_landmark() {

@@ -80,7 +80,7 @@ struct Window {
       imu.motion = {truth.X_WB.q, truth.X_WB.p, truth.X_WB.q * truth.v_WB_B};
       state.propagate({imu, Matrix15d::Identity(), 1e-5 * Matrix15d::Identity(),
                        Eigen::Matrix<double, 9, 18>::Zero()});
-      state.clone(i, truth.omega_WB_B);
+      state.clone(i, i * 50'000, truth.omega_WB_B);
       const FeatureObservation seen{1, image_of(truth.X_WB, state.cameras_B[0], p_W),
                                     image_of(truth.X_WB, state.cameras_B[1], p_W)};
       track.observations.push_back(*observation_of(seen, i, dive.cameras()));
@@ -179,7 +179,7 @@ struct Optics {
       imu.motion = {truth.X_WB.q, truth.X_WB.p, truth.X_WB.q * truth.v_WB_B};
       state.propagate({imu, Matrix15d::Identity(), 1e-5 * Matrix15d::Identity(),
                        Eigen::Matrix<double, 9, 18>::Zero()});
-      state.clone(i, truth.omega_WB_B);
+      state.clone(i, i * 50'000, truth.omega_WB_B);
     }
   }
 

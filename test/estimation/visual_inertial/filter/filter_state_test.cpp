@@ -39,13 +39,13 @@ FilterState correlated(Random& random) {
   imu.motion.v_WB = {0.4, -0.1, 0.05};
   const MatrixXd A = random_matrix(random, 15, 15);
   state.begin(imu, 1e-3 * A * A.transpose());
-  state.clone(1, {0.1, 0.2, 0.3});
+  state.clone(1, 1, {0.1, 0.2, 0.3});
   const std::array<Columns, 1> all{{{0, state.size()}}};
   EXPECT_TRUE(state.correct(all, random_matrix(random, 5, state.size()), VectorXd::Zero(5),
                             VectorXd::Constant(5, 1e-4)));
   state.propagate({state.imu, Matrix15d::Identity(), 1e-5 * Matrix15d::Identity(),
                    random_matrix(random, 9, 18)});
-  state.clone(2, {-0.1, 0.4, 0.2});
+  state.clone(2, 2, {-0.1, 0.4, 0.2});
   return state;
 }
 
@@ -139,7 +139,7 @@ TEST(Clone, ErrsAsThePoseAndWithTheTimeOffset) {
   FilterState state = correlated(random);
   const MatrixXd P = state.covariance();
   const Vector3d rate(0.3, -0.2, 0.5);
-  state.clone(3, rate);
+  state.clone(3, 3, rate);
   const Columns offset = *state.offset_columns();
   MatrixXd J = MatrixXd::Zero(6, P.rows());
   J.leftCols<6>().setIdentity();
@@ -160,7 +160,7 @@ TEST(Clone, LeavesTheOthersAsTheyWere) {
   Random random(3);
   FilterState state = correlated(random);
   const MatrixXd before = state.covariance();
-  state.clone(3, Vector3d::Zero());
+  state.clone(3, 3, Vector3d::Zero());
   state.drop_clone(2);
   EXPECT_EQ(MatrixXd(state.covariance()), before);
   const Columns gone = state.clone_columns(0);

@@ -1,5 +1,7 @@
 #include "test/estimation/visual_inertial/filter/recorded_flight.h"
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
@@ -81,6 +83,31 @@ std::optional<RecordedFlight> RecordedFlight::read(const std::string& folder,
   }
   if (flight.imu_.empty() || flight.truth_.size() < 3) return std::nullopt;
   return flight;
+}
+
+bool RecordedFlight::is_smooth(std::size_t first, std::size_t images) const {
+  constexpr double kMost_m = 0.005;
+  constexpr double kGravity = 9.81;
+  for (std::size_t i = std::max<std::size_t>(first, 1);
+       i < std::min(first + images, truth_.size() - 1); ++i) {
+    const double dt = to_seconds(truth_[i].utime - truth_[i - 1].utime);
+    if (std::abs(to_seconds(truth_[i + 1].utime - truth_[i].utime) - dt) > 0.01) continue;
+    // p(t + dt) - 2 p(t) + p(t - dt) is the acceleration, weighted by a triangle, times dt^2.
+    Vector3d force_B = Vector3d::Zero();
+    double weights = 0.0;
+    auto sample = std::lower_bound(imu_.begin(), imu_.end(), truth_[i - 1].utime,
+                                   [](const ImuSample& s, Utime t) { return s.utime < t; });
+    for (; sample != imu_.end() && sample->utime <= truth_[i + 1].utime; ++sample) {
+      const double weight = 1.0 - std::abs(to_seconds(sample->utime - truth_[i].utime)) / dt;
+      force_B += weight * sample->accel_B;
+      weights += weight;
+    }
+    if (!(weights > 0.0)) continue;
+    const Vector3d measured = truth_[i].X_WB.q * (force_B / weights) - kGravity * Vector3d::UnitZ();
+    const Vector3d bent = truth_[i + 1].X_WB.p - 2.0 * truth_[i].X_WB.p + truth_[i - 1].X_WB.p;
+    if ((bent - dt * dt * measured).norm() > kMost_m) return false;
+  }
+  return true;
 }
 
 Vector3d RecordedFlight::velocity_W(std::size_t image) const {

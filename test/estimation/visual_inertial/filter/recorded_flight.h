@@ -33,6 +33,9 @@ class RecordedFlight {
   [[nodiscard]] const std::vector<ImuSample>& imu() const { return imu_; }
   /// At the times of the images.
   [[nodiscard]] const std::vector<TruePose>& truth() const { return truth_; }
+  /// False where the true positions jump: where they disagree by more than 5 mm with what the IMU
+  /// measures between three images. Features made along such a path would jump too.
+  [[nodiscard]] bool is_smooth(std::size_t first, std::size_t images) const;
   /// By central differences of the true positions, m/s in W.
   [[nodiscard]] Eigen::Vector3d velocity_W(std::size_t image) const;
 
