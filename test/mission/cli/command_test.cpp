@@ -70,11 +70,10 @@ TEST(Command, CamerasAreForMissionsWithVision) {
   const std::string by_sight =
       std::string(" '") + DIVE_SOURCE_DIR + "/missions/pool_visual_inertial.xml'";
   const std::string linked = "run --lcm memq:// --cameras nowhere ";
-  for (const auto& [line, words] :
-       {std::pair("run --cameras nowhere" + by_sight, "give --lcm URL"),
-        {"run --lcm memq://" + by_sight, "give --cameras DIR"},
-        {linked + kWindow, "its estimator is primitive"},
-        {linked + by_sight, "nowhere: no dataset in the ASL format"}}) {
+  for (const auto& [line, words] : {std::pair("run --cameras nowhere" + by_sight, "give --lcm URL"),
+                                    {"run --lcm memq://" + by_sight, "give --cameras DIR"},
+                                    {linked + kWindow, "its estimator is primitive"},
+                                    {linked + by_sight, "nowhere: no dataset in the ASL format"}}) {
     const Ran ran = run_here(line);
     EXPECT_EQ(ran.status, 2) << line;
     EXPECT_THAT(ran.err, HasSubstr(words)) << line;
