@@ -66,7 +66,7 @@ std::string KltImage::set(const GrayView& image) {
 
 namespace {
 
-// ViSP's tracker for pyramids that exist: its own track() makes both anew.
+// ViSP's tracker for pyramids that exist: its own track() makes both again.
 class PyramidTracker : public vpKltOpencv {
  public:
   void track_between(const std::vector<cv::Mat>& from, const std::vector<cv::Mat>& to) {
