@@ -250,8 +250,9 @@ bool FilterState::add_landmark(const MapLandmark& landmark, const Eigen::Matrix3
   size_ += 3;
   landmarks_.push_back(landmark);
   const Turns before = turn_directions();
+  const Turns readings = turn_readings();
   landmarks_.back().p_W += shift;
-  turn_covariance(before);
+  turn_covariance(before, readings);
   return true;
 }
 
@@ -307,16 +308,23 @@ bool FilterState::correct(std::span<const Columns> columns, const MatrixXd& H, c
   if (!error.allFinite() || !(left.array() > 0.0).all()) return false;
   auto P = P_.topLeftCorner(size_, size_);
   P.selfadjointView<Eigen::Lower>().rankUpdate(HP.transpose(), -1.0);
-  // turn_covariance() needs the first columns whole, and mirrors the rest.
+  // turn_covariance() needs the columns of turn_readings() whole, and mirrors the rest.
   static_assert(imu_error::kAttitude == 0);
   auto attitude = P_.topLeftCorner<3, 3>();
   attitude.triangularView<Eigen::StrictlyUpper>() = attitude.transpose();
+  if (is_body_free()) {
+    const int camera = camera_columns(0)->start;
+    P_.block(0, camera, camera, 3) = P_.block(camera, 0, 3, camera).transpose();
+    auto own = P_.block<3, 3>(camera, camera);
+    own.triangularView<Eigen::StrictlyUpper>() = own.transpose();
+  }
   add_error(error);
   return true;
 }
 
 void FilterState::add_error(const VectorXd& error) {
   const Turns before = turn_directions();
+  const Turns readings = turn_readings();
   turn(imu.motion.q_WB, error.segment<3>(imu_error::kAttitude));
   imu.motion.p_WB += error.segment<3>(imu_error::kPosition);
   imu.motion.v_WB += error.segment<3>(imu_error::kVelocity);
@@ -348,35 +356,69 @@ void FilterState::add_error(const VectorXd& error) {
   for (std::size_t i = 0; i < clones_.size(); ++i) {
     clones_[i].X_WB = corrected(clones_[i].X_WB, error.segment<6>(clone_columns(i).start));
   }
-  turn_covariance(before);
+  turn_covariance(before, readings);
 }
 
-// A turn by w moves p by w x p = -[p]x w.
+// A turn of W by w moves p by w x p = -[p]x w. One of B by e leaves p and v, and turns what is
+// expressed in B by -e: I + T of the IMU by -[e]x (I + T), a camera's position by [p]x e.
 FilterState::Turns FilterState::turn_directions() const {
-  Turns n = Turns::Zero(size_, 3);
-  n.middleRows<3>(imu_error::kAttitude) = imu.motion.q_WB.conjugate().toRotationMatrix();
-  n.middleRows<3>(imu_error::kPosition) = -skew(imu.motion.p_WB);
-  n.middleRows<3>(imu_error::kVelocity) = -skew(imu.motion.v_WB);
+  Turns n = Turns::Zero(size_, is_body_free() ? 6 : 3);
+  n.block<3, 3>(imu_error::kAttitude, 0) = imu.motion.q_WB.conjugate().toRotationMatrix();
+  n.block<3, 3>(imu_error::kPosition, 0) = -skew(imu.motion.p_WB);
+  n.block<3, 3>(imu_error::kVelocity, 0) = -skew(imu.motion.v_WB);
   for (std::size_t i = 0; i < landmarks_.size(); ++i) {
-    n.middleRows<3>(landmark_columns(i).start) = -skew(landmarks_[i].p_W);
+    n.block<3, 3>(landmark_columns(i).start, 0) = -skew(landmarks_[i].p_W);
   }
   for (std::size_t i = 0; i < clones_.size(); ++i) {
     const int at = clone_columns(i).start;
-    n.middleRows<3>(at) = clones_[i].X_WB.q.conjugate().toRotationMatrix();
-    n.middleRows<3>(at + 3) = -skew(clones_[i].X_WB.p);
+    n.block<3, 3>(at, 0) = clones_[i].X_WB.q.conjugate().toRotationMatrix();
+    n.block<3, 3>(at + 3, 0) = -skew(clones_[i].X_WB.p);
+  }
+  if (!is_body_free()) return n;
+  n.block<3, 3>(imu_error::kAttitude, 3).setIdentity();
+  for (std::size_t i = 0; i < clones_.size(); ++i) {
+    n.block<3, 3>(clone_columns(i).start, 3).setIdentity();
+  }
+  const int unit = imu_intrinsics_columns()->start;
+  for (int column = 0; column < 3; ++column) {
+    const Vector3d axis = Vector3d::Unit(column);
+    n.block<3, 3>(unit + 3 * column, 3) = skew(axis + imu.intrinsics.gyro.col(column));
+    n.block<3, 3>(unit + 9 + 3 * column, 3) = skew(axis + imu.intrinsics.accel.col(column));
+  }
+  for (std::size_t i = 0; i < cameras_B.size(); ++i) {
+    const int at = camera_columns(i)->start;
+    n.block<3, 3>(at, 3) = -cameras_B[i].q.conjugate().toRotationMatrix();
+    n.block<3, 3>(at + 3, 3) = skew(cameras_B[i].p);
   }
   return n;
 }
 
-// P' = T P T^T with T = I + (N' - N) G^T, G^T x the error of the attitude about the axes of W.
-void FilterState::turn_covariance(const Turns& before) {
+// By the attitude in W, and, where it may turn, by that of the left camera in B.
+FilterState::Turns FilterState::turn_readings() const {
+  Turns G = Turns::Zero(size_, is_body_free() ? 6 : 3);
+  const Eigen::Matrix3d R_BW = imu.motion.q_WB.conjugate().toRotationMatrix();
+  G.block<3, 3>(imu_error::kAttitude, 0) = R_BW;
+  if (!is_body_free()) return G;
+  const int at = camera_columns(0)->start;
+  const Eigen::Matrix3d R_CB = cameras_B[0].q.conjugate().toRotationMatrix();
+  G.block<3, 3>(at, 0) = R_CB * R_BW;
+  G.block<3, 3>(at, 3) = -R_CB;
+  return G;
+}
+
+// P' = T P T^T with T = I + (N' - N) G^T.
+void FilterState::turn_covariance(const Turns& before, const Turns& readings) {
   const Turns change = turn_directions() - before;
-  const Eigen::Matrix3d G = before.middleRows<3>(imu_error::kAttitude);
   auto P = P_.topLeftCorner(size_, size_);
-  const Turns cross = P.middleCols<3>(imu_error::kAttitude) * G;
-  const Eigen::Matrix3d variance = G.transpose() * cross.middleRows<3>(imu_error::kAttitude);
+  Turns cross =
+      P.middleCols<3>(imu_error::kAttitude) * readings.middleRows<3>(imu_error::kAttitude);
+  if (is_body_free()) {
+    const int at = camera_columns(0)->start;
+    cross += P.middleCols<3>(at) * readings.middleRows<3>(at);
+  }
+  const Eigen::MatrixXd variance = readings.transpose() * cross;
   const Turns half = cross + 0.5 * change * variance;
-  for (int axis = 0; axis < 3; ++axis) {
+  for (Eigen::Index axis = 0; axis < change.cols(); ++axis) {
     P.selfadjointView<Eigen::Lower>().rankUpdate(change.col(axis), half.col(axis));
   }
   P.triangularView<Eigen::StrictlyUpper>() = P.transpose();

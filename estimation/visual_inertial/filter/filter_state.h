@@ -117,11 +117,17 @@ class FilterState {
 
  private:
   void add_error(const Eigen::VectorXd& error);
-  using Turns = Eigen::Matrix<double, Eigen::Dynamic, 3>;
-  /// Change of every error per radian by which all of the estimate turns about x, y and z of W.
+  /// One column per radian of a turn: about x, y and z of W, then of B, if it is not defined.
+  using Turns =
+      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, Eigen::Dynamic, 6>;
+  /// True if no measurement tells the axes of B: the IMU's and those of all cameras are estimated.
+  [[nodiscard]] bool is_body_free() const { return calibrates_imu_ && calibrates_cameras_; }
+  /// Change of every error as all of the estimate turns.
   [[nodiscard]] Turns turn_directions() const;
-  /// To be called after the estimate has changed, with turn_directions() from before.
-  void turn_covariance(const Turns& before);
+  /// What of an error is such a turn: G with G^T N = I.
+  [[nodiscard]] Turns turn_readings() const;
+  /// To be called after the estimate has changed, with both from before.
+  void turn_covariance(const Turns& before, const Turns& readings);
   void remove(Columns columns);
   [[nodiscard]] int landmarks_start() const;
   [[nodiscard]] int clones_start() const {

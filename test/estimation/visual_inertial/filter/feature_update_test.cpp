@@ -130,12 +130,36 @@ double information_on_heading(const FilterState& state) {
   return n.dot(MatrixXd(state.covariance()).ldlt().solve(n));
 }
 
-// Images say nothing about the heading, however far they move the estimate.
-TEST(FeatureTrack, AddsNoInformationOnTheHeading) {
+// The same with n the turn of the axes of B by `axis`: what is expressed in B turns the other way.
+double information_on_body(const FilterState& state, const Vector3d& axis) {
+  VectorXd n = VectorXd::Zero(state.size());
+  n.segment<3>(imu_error::kAttitude) = axis;
+  for (std::size_t i = 0; i < state.clones().size(); ++i) {
+    n.segment<3>(state.clone_columns(i).start) = axis;
+  }
+  const int unit = state.imu_intrinsics_columns()->start;
+  const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();
+  const Eigen::Matrix3d of_gyro = -skew(axis) * (I + state.imu.intrinsics.gyro);
+  const Eigen::Matrix3d of_accel = -skew(axis) * (I + state.imu.intrinsics.accel);
+  n.segment<9>(unit) = of_gyro.reshaped();
+  n.segment<9>(unit + 9) = of_accel.reshaped();
+  for (std::size_t i = 0; i < state.cameras_B.size(); ++i) {
+    const int at = state.camera_columns(i)->start;
+    n.segment<3>(at) = -(state.cameras_B[i].q.conjugate() * axis);
+    n.segment<3>(at + 3) = -axis.cross(state.cameras_B[i].p);
+  }
+  return n.dot(MatrixXd(state.covariance()).ldlt().solve(n));
+}
+
+// Images say nothing about the heading, however far they move the estimate, nor about how the axes
+// of B stand in the vehicle.
+TEST(FeatureTrack, AddsNoInformationOnTheHeadingNorOnTheAxesOfB) {
   Window window;
   FilterState& state = window.state;
   Random random(6);
   const double before = information_on_heading(state);
+  const Vector3d axis(0.6, -0.48, 0.64);
+  const double of_body = information_on_body(state, axis);
   for (int update = 0; update < 5; ++update) {
     auto system = track_system(state, window.track, window.p_W);
     ASSERT_TRUE(system);
@@ -147,6 +171,7 @@ TEST(FeatureTrack, AddsNoInformationOnTheHeading) {
                               system->r.tail(free), VectorXd::Constant(free, 0.25)));
     EXPECT_GT((state.imu.motion.p_WB - p_W).norm(), 1e-5);
     EXPECT_NEAR(information_on_heading(state) / before, 1.0, 1e-5);
+    EXPECT_NEAR(information_on_body(state, axis) / of_body, 1.0, 1e-5);
   }
 }
 
