@@ -175,20 +175,31 @@ bool is_present(const fs::path& path) {
   return fs::status(path, error).type() != fs::file_type::not_found;
 }
 
-// `X_BI`: pose of the IMU in the files' body frame.
+// Reads the keys that the folder's sensor.yaml has, if there is one. Returns the sensor's pose in
+// the IMU's frame, if it is stated. `X_BI`: pose of the IMU in the files' body frame.
+tl::expected<std::optional<Pose>, std::string> read_mounting(const fs::path& folder,
+                                                             const Pose& X_BI,
+                                                             std::span<const NumberKey> keys = {}) {
+  const fs::path path = folder / "sensor.yaml";
+  if (!is_present(path)) return std::nullopt;
+  const auto file = SensorFile::open(path.string());
+  if (!file) return Failure(file.error());
+  if (auto read = read_in_range(*file, keys); !read) return Failure(read.error());
+  const auto X_BS = file->X_BS();
+  if (!X_BS) return Failure(X_BS.error());
+  if (!file->has("T_BS")) return std::nullopt;
+  return X_BI.inverse() * *X_BS;
+}
+
+// `X_BI`: as of read_mounting().
 tl::expected<void, std::string> read_depth(const fs::path& folder, const Pose& X_BI,
                                            Recording& dataset) {
-  if (const fs::path sensor = folder / "sensor.yaml"; is_present(sensor)) {
-    const auto file = SensorFile::open(sensor.string());
-    if (!file) return Failure(file.error());
-    std::optional<double> noise;
-    const NumberKey keys[] = {{"noise_sigma", &noise, 1e-3, 10.0}};
-    if (auto read = read_in_range(*file, keys); !read) return Failure(read.error());
-    dataset.depth_sigma_m = noise.value_or(dataset.depth_sigma_m);
-    const auto X_BS = file->X_BS();
-    if (!X_BS) return Failure(X_BS.error());
-    if (file->has("T_BS")) dataset.depth_sensor_B = X_BI.inverse() * X_BS->p;
-  }
+  std::optional<double> noise;
+  const NumberKey keys[] = {{"noise_sigma", &noise, 1e-3, 10.0}};
+  const auto X_IS = read_mounting(folder, X_BI, keys);
+  if (!X_IS) return Failure(X_IS.error());
+  dataset.depth_sigma_m = noise.value_or(dataset.depth_sigma_m);
+  if (*X_IS) dataset.depth_sensor_B = (*X_IS)->p;
   return read_rows(folder, dataset.depth_origin, dataset.diagnostics, [&](const CsvRow& row) {
     double depth = 0.0;
     std::string wrong = to_numbers(row, 0, 1, &depth);
@@ -202,19 +213,13 @@ tl::expected<void, std::string> read_depth(const fs::path& folder, const Pose& X
 // sensor.yaml. A velocity whose sensor has a pose there is along the axes of that sensor.
 tl::expected<void, std::string> read_velocity(const fs::path& folder, std::size_t fields,
                                               double sigma, const Pose& X_BI, Recording& dataset) {
-  Eigen::Quaterniond q_IS = Eigen::Quaterniond::Identity();
-  const fs::path sensor = folder / "sensor.yaml";
-  if (is_present(sensor)) {
-    const auto file = SensorFile::open(sensor.string());
-    if (!file) return Failure(file.error());
-    std::optional<double> noise;
-    const NumberKey keys[] = {{"velocity_noise", &noise, 1e-4, 10.0}};
-    if (auto read = read_in_range(*file, keys); !read) return Failure(read.error());
-    sigma = noise.value_or(sigma);
-    const auto X_BS = file->X_BS();
-    if (!X_BS) return Failure(X_BS.error());
-    if (fields == 3 && file->has("T_BS")) q_IS = X_BI.q.conjugate() * X_BS->q;
-  }
+  std::optional<double> noise;
+  const NumberKey keys[] = {{"velocity_noise", &noise, 1e-4, 10.0}};
+  const auto X_IS = read_mounting(folder, X_BI, keys);
+  if (!X_IS) return Failure(X_IS.error());
+  sigma = noise.value_or(sigma);
+  const Eigen::Quaterniond q_IS =
+      fields == 3 && *X_IS ? (*X_IS)->q : Eigen::Quaterniond::Identity();
   return read_rows(folder, dataset.velocity_origin, dataset.diagnostics, [&](const CsvRow& row) {
     std::array<double, 3> v{};
     std::string wrong = to_numbers(row, 0, fields, v.data());
@@ -234,15 +239,9 @@ std::size_t columns_of(const CsvRow& row) {
 // the IMU in the files' body frame; the measured frame may be yet another one.
 tl::expected<void, std::string> read_truth(const fs::path& folder, const Pose& X_BI,
                                            Recording& dataset) {
-  Pose X_BS = X_BI;
-  const fs::path calibration = folder / "sensor.yaml";
-  if (is_present(calibration)) {
-    const auto file = SensorFile::open(calibration.string());
-    if (!file) return Failure(file.error());
-    const auto X_BR = file->X_BS();
-    if (!X_BR) return Failure(X_BR.error());
-    X_BS = X_BR->inverse() * X_BI;
-  }
+  const auto X_IS = read_mounting(folder, X_BI);
+  if (!X_IS) return Failure(X_IS.error());
+  const Pose X_SI = *X_IS ? (*X_IS)->inverse() : X_BI;
   std::size_t n = 0;
   return read_rows(folder, dataset.truth_origin, dataset.diagnostics, [&](const CsvRow& row) {
     std::array<double, 16> v{};
@@ -257,7 +256,7 @@ tl::expected<void, std::string> read_truth(const fs::path& folder, const Pose& X
       pose.X_WB.q = Eigen::Quaterniond(v[3], v[4], v[5], v[6]);
       if (is_attitude(pose.X_WB.q)) {
         pose.X_WB.q.normalize();
-        pose.X_WB = pose.X_WB * X_BS;
+        pose.X_WB = pose.X_WB * X_SI;
       }
     }
     if (n >= 10) pose.v_W = Eigen::Vector3d(v[7], v[8], v[9]);

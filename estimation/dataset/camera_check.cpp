@@ -7,12 +7,11 @@
 
 #include <fmt/format.h>
 
+#include "estimation/visual_inertial/front_end/stereo.h"
 #include "estimation/visual_inertial/front_end/tracker.h"
 
 namespace dive::estimation {
 namespace {
-
-constexpr double kMinBaseline_m = 1e-3;  // of a stereo pair; the tracker demands it
 
 Diagnostic calibration_error(const RecordedCamera& camera, std::string message, std::string hint) {
   Diagnostic diagnostic;
@@ -76,11 +75,11 @@ void check_pair(const RecordedCamera& left, const RecordedCamera& right, Diagnos
     diagnostics.add(calibration_error(right, message, hint));
   }
   const double baseline_m = (left.model.X_BC.p - right.model.X_BC.p).norm();
-  if (!(baseline_m > kMinBaseline_m)) {
+  if (!(baseline_m > StereoMatcher::kMinBaseline_m)) {
     const std::string message = fmt::format(
         "the right camera is {:g} m from the left one; the two of a pair are more "
         "than {:g} m apart",
-        baseline_m, kMinBaseline_m);
+        baseline_m, StereoMatcher::kMinBaseline_m);
     diagnostics.add(calibration_error(right, message, hint));
   }
 }

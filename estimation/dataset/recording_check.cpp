@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "estimation/dataset/camera_check.h"
+#include "estimation/dataset/sample_times.h"
 
 namespace dive::estimation {
 namespace {
@@ -40,19 +41,6 @@ bool overlap(const Interval& a, const Interval& b) { return a.begin <= b.end && 
 std::string to_string(const Interval& interval) {
   return fmt::format("from {:.3f} s to {:.3f} s", to_seconds(interval.begin),
                      to_seconds(interval.end));
-}
-
-// Median time between samples, s; 0 for fewer than two.
-template <typename Sample>
-double median_step(const std::vector<Sample>& samples) {
-  if (samples.size() < 2) return 0.0;
-  std::vector<Utime> steps;
-  for (std::size_t i = 1; i < samples.size(); ++i) {
-    steps.push_back(samples[i].utime - samples[i - 1].utime);
-  }
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return to_seconds(*middle);
 }
 
 template <typename Sample>

@@ -3,21 +3,17 @@
 #include <algorithm>
 #include <utility>
 
+#include "estimation/dataset/sample_times.h"
+
 namespace dive::estimation {
 namespace {
 
 constexpr double kMinPeriod_s = 0.005;
 constexpr double kMaxPeriod_s = 2.0;
 
-double median_period(const std::vector<RecordedImage>& images) {
+double period_of(const std::vector<RecordedImage>& images) {
   if (images.size() < 2) return VisionOptions{}.period_s;
-  std::vector<Utime> steps;
-  for (std::size_t i = 1; i < images.size(); ++i) {
-    steps.push_back(images[i].utime - images[i - 1].utime);
-  }
-  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
-  std::nth_element(steps.begin(), middle, steps.end());
-  return std::clamp(to_seconds(*middle), kMinPeriod_s, kMaxPeriod_s);
+  return std::clamp(median_step(images), kMinPeriod_s, kMaxPeriod_s);
 }
 
 // Appends those from `index` on that are not later than `until`.
@@ -42,7 +38,7 @@ std::size_t first_at(const std::vector<Sample>& samples, Utime utime) {
 RecordingFeed::RecordingFeed(const Recording& recording, const FeedOptions& options)
     : recording_(recording),
       options_(options),
-      period_s_(median_period(recording.cameras.at(0).images)),
+      period_s_(period_of(recording.cameras.at(0).images)),
       first_image_(first_at(recording.cameras[0].images, options.begin)),
       image_(first_image_),
       imu_(first_at(recording.imu, options.begin)),

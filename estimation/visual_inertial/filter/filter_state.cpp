@@ -250,9 +250,8 @@ bool FilterState::add_landmark(const MapLandmark& landmark, const Eigen::Matrix3
   size_ += 3;
   landmarks_.push_back(landmark);
   const Turns before = turn_directions();
-  const Turns readings = turn_readings();
   landmarks_.back().p_W += shift;
-  turn_covariance(before, readings);
+  turn_covariance(before);
   return true;
 }
 
@@ -308,23 +307,21 @@ bool FilterState::correct(std::span<const Columns> columns, const MatrixXd& H, c
   if (!error.allFinite() || !(left.array() > 0.0).all()) return false;
   auto P = P_.topLeftCorner(size_, size_);
   P.selfadjointView<Eigen::Lower>().rankUpdate(HP.transpose(), -1.0);
-  // turn_covariance() needs the columns of turn_readings() whole, and mirrors the rest.
-  static_assert(imu_error::kAttitude == 0);
-  auto attitude = P_.topLeftCorner<3, 3>();
-  attitude.triangularView<Eigen::StrictlyUpper>() = attitude.transpose();
-  if (is_body_free()) {
-    const int camera = camera_columns(0)->start;
-    P_.block(0, camera, camera, 3) = P_.block(camera, 0, 3, camera).transpose();
-    auto own = P_.block<3, 3>(camera, camera);
-    own.triangularView<Eigen::StrictlyUpper>() = own.transpose();
-  }
+  // turn_covariance() needs these columns whole, and mirrors the rest.
+  make_whole(imu_error::kAttitude);
+  if (is_body_free()) make_whole(camera_columns(0)->start);
   add_error(error);
   return true;
 }
 
+void FilterState::make_whole(int at) {
+  P_.block(0, at, at, 3) = P_.block(at, 0, 3, at).transpose();
+  auto own = P_.block<3, 3>(at, at);
+  own.triangularView<Eigen::StrictlyUpper>() = own.transpose();
+}
+
 void FilterState::add_error(const VectorXd& error) {
   const Turns before = turn_directions();
-  const Turns readings = turn_readings();
   turn(imu.motion.q_WB, error.segment<3>(imu_error::kAttitude));
   imu.motion.p_WB += error.segment<3>(imu_error::kPosition);
   imu.motion.v_WB += error.segment<3>(imu_error::kVelocity);
@@ -356,7 +353,7 @@ void FilterState::add_error(const VectorXd& error) {
   for (std::size_t i = 0; i < clones_.size(); ++i) {
     clones_[i].X_WB = corrected(clones_[i].X_WB, error.segment<6>(clone_columns(i).start));
   }
-  turn_covariance(before, readings);
+  turn_covariance(before);
 }
 
 // A turn of W by w moves p by w x p = -[p]x w. One of B by e leaves p and v, and turns what is
@@ -393,30 +390,27 @@ FilterState::Turns FilterState::turn_directions() const {
   return n;
 }
 
-// By the attitude in W, and, where it may turn, by that of the left camera in B.
-FilterState::Turns FilterState::turn_readings() const {
-  Turns G = Turns::Zero(size_, is_body_free() ? 6 : 3);
-  const Eigen::Matrix3d R_BW = imu.motion.q_WB.conjugate().toRotationMatrix();
-  G.block<3, 3>(imu_error::kAttitude, 0) = R_BW;
-  if (!is_body_free()) return G;
-  const int at = camera_columns(0)->start;
-  const Eigen::Matrix3d R_CB = cameras_B[0].q.conjugate().toRotationMatrix();
-  G.block<3, 3>(at, 0) = R_CB * R_BW;
-  G.block<3, 3>(at, 3) = -R_CB;
-  return G;
-}
-
-// P' = T P T^T with T = I + (N' - N) G^T.
-void FilterState::turn_covariance(const Turns& before, const Turns& readings) {
+// P' = T P T^T with T = I + (N' - N) G^T. A turn of B is read by the left camera's attitude in B,
+// one of W by that of B in W less the turn of B: the rows of G are those of N there.
+void FilterState::turn_covariance(const Turns& before) {
   const Turns change = turn_directions() - before;
   auto P = P_.topLeftCorner(size_, size_);
-  Turns cross =
-      P.middleCols<3>(imu_error::kAttitude) * readings.middleRows<3>(imu_error::kAttitude);
-  if (is_body_free()) {
-    const int at = camera_columns(0)->start;
-    cross += P.middleCols<3>(at) * readings.middleRows<3>(at);
+  const Eigen::Matrix3d by_body = before.block<3, 3>(imu_error::kAttitude, 0);
+  Turns cross(size_, before.cols());  // P G
+  cross.leftCols<3>() = P.middleCols<3>(imu_error::kAttitude) * by_body;
+  const auto camera = is_body_free() ? camera_columns(0) : std::nullopt;
+  Eigen::Matrix3d by_camera = Eigen::Matrix3d::Zero();
+  if (camera) {
+    by_camera = before.block<3, 3>(camera->start, 3);
+    cross.rightCols<3>() = P.middleCols<3>(camera->start) * by_camera;
+    cross.leftCols<3>() -= cross.rightCols<3>() * by_body;
   }
-  const Eigen::MatrixXd variance = readings.transpose() * cross;
+  Eigen::MatrixXd variance(before.cols(), before.cols());  // G^T P G
+  variance.topRows<3>() = by_body.transpose() * cross.middleRows<3>(imu_error::kAttitude);
+  if (camera) {
+    variance.bottomRows<3>() = by_camera.transpose() * cross.middleRows<3>(camera->start);
+    variance.topRows<3>() -= by_body.transpose() * variance.bottomRows<3>();
+  }
   const Turns half = cross + 0.5 * change * variance;
   for (Eigen::Index axis = 0; axis < change.cols(); ++axis) {
     P.selfadjointView<Eigen::Lower>().rankUpdate(change.col(axis), half.col(axis));

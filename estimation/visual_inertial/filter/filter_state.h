@@ -124,10 +124,10 @@ class FilterState {
   [[nodiscard]] bool is_body_free() const { return calibrates_imu_ && calibrates_cameras_; }
   /// Change of every error as all of the estimate turns.
   [[nodiscard]] Turns turn_directions() const;
-  /// What of an error is such a turn: G with G^T N = I.
-  [[nodiscard]] Turns turn_readings() const;
-  /// To be called after the estimate has changed, with both from before.
-  void turn_covariance(const Turns& before, const Turns& readings);
+  /// To be called after the estimate has changed, with turn_directions() from before.
+  void turn_covariance(const Turns& before);
+  /// Mirrors what only the lower triangle has into three columns.
+  void make_whole(int at);
   void remove(Columns columns);
   [[nodiscard]] int landmarks_start() const;
   [[nodiscard]] int clones_start() const {

@@ -50,7 +50,6 @@ struct VisualUpdate::Gated {
   LinearSystem system;
   Landmark landmark;
   double distance = 0.0;
-  double depth_share = 0.0;  // sigma over depth
 };
 
 VisualUpdate::VisualUpdate(const VisualInertialOptions& options)
@@ -228,7 +227,6 @@ std::optional<VisualUpdate::Gated> VisualUpdate::gated(const FilterState& state,
     ++report.rejected;
     return std::nullopt;
   }
-  result.depth_share = depth_share(state, *system, place->p_W, sigma_);
   result.system = std::move(*system);
   result.landmark = {track.id, place->p_W,
                      with_vehicle(state, place->p_W, sigma_ * sigma_ * place->covariance)};
@@ -250,7 +248,8 @@ void VisualUpdate::correct_tracks(FilterState& state, const std::vector<Candidat
   for (const Candidate& candidate : found) {
     auto one = gated(state, *candidate.track, report);
     if (!one) continue;
-    if (candidate.may_stay && free_places > 0 && one->depth_share < kLandmarkDepthShare) {
+    if (candidate.may_stay && free_places > 0 &&
+        depth_share(state, one->system, one->landmark.p_W, sigma_) < kLandmarkDepthShare) {
       staying.push_back(candidate.track);
       --free_places;
       continue;

@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <jpeglib.h>
 
 #include "estimation/dataset/bag/bag_file.h"
 #include "estimation/dataset/bag/bag_recording.h"
@@ -16,6 +15,7 @@
 #include "test/common/file_content.h"
 #include "test/estimation/dataset/asl_folder.h"
 #include "test/estimation/dataset/bag_writer.h"
+#include "test/estimation/dataset/jpeg_writer.h"
 #include "test/estimation/visual_inertial/painted_room.h"
 
 namespace dive::estimation {
@@ -223,35 +223,8 @@ TEST_F(Bag, ReadsEachEncodingOfImages) {
   }
 }
 
-std::string jpeg_of(const ImageFrame& frame) {
-  jpeg_compress_struct jpeg;
-  jpeg_error_mgr errors;
-  jpeg.err = jpeg_std_error(&errors);
-  jpeg_create_compress(&jpeg);
-  unsigned char* buffer = nullptr;
-  unsigned long size = 0;
-  jpeg_mem_dest(&jpeg, &buffer, &size);
-  jpeg.image_width = static_cast<JDIMENSION>(frame.width);
-  jpeg.image_height = static_cast<JDIMENSION>(frame.height);
-  jpeg.input_components = 1;
-  jpeg.in_color_space = JCS_GRAYSCALE;
-  jpeg_set_defaults(&jpeg);
-  jpeg_set_quality(&jpeg, 95, TRUE);
-  jpeg_start_compress(&jpeg, TRUE);
-  std::vector<std::uint8_t> pixels = frame.pixels;
-  for (int y = 0; y < frame.height; ++y) {
-    JSAMPROW row = pixels.data() + static_cast<std::ptrdiff_t>(y) * frame.width;
-    jpeg_write_scanlines(&jpeg, &row, 1);
-  }
-  jpeg_finish_compress(&jpeg);
-  std::string data(reinterpret_cast<const char*>(buffer), size);
-  jpeg_destroy_compress(&jpeg);
-  std::free(buffer);
-  return data;
-}
-
 TEST_F(Bag, ReadsJpegAndReportsDamageToIt) {
-  const std::string intact = jpeg_of(image(0, 0));
+  const std::string intact = testing::jpeg_of(image(0, 0));
   const auto frame_of = [&](const std::string& data) {
     std::vector<Written> all = messages(Wire::kRos1);
     std::erase_if(all, [](const Written& w) { return w.topic == "/cam0/image_raw"; });

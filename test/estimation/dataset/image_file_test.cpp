@@ -2,16 +2,15 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <jpeglib.h>
 #include <png.h>
 
 #include "estimation/dataset/gray_jpeg.h"
 #include "estimation/dataset/gray_png.h"
 #include "test/estimation/dataset/asl_folder.h"
+#include "test/estimation/dataset/jpeg_writer.h"
 
 namespace dive::estimation {
 namespace {
@@ -55,31 +54,12 @@ TEST(ImageFile, TurnsColoursToTheirLuma) {
 
 /// Rows of 64 pixels with a marker after each 8.
 std::vector<std::uint8_t> jpeg_with_markers() {
-  jpeg_compress_struct jpeg;
-  jpeg_error_mgr errors;
-  jpeg.err = jpeg_std_error(&errors);
-  jpeg_create_compress(&jpeg);
-  unsigned char* buffer = nullptr;
-  unsigned long size = 0;
-  jpeg_mem_dest(&jpeg, &buffer, &size);
-  jpeg.image_width = 64;
-  jpeg.image_height = 16;
-  jpeg.input_components = 1;
-  jpeg.in_color_space = JCS_GRAYSCALE;
-  jpeg_set_defaults(&jpeg);
-  jpeg.restart_interval = 1;
-  jpeg_start_compress(&jpeg, TRUE);
-  std::vector<std::uint8_t> pixels(64);
-  for (std::size_t x = 0; x < 64; ++x) pixels[x] = static_cast<std::uint8_t>(4 * x);
-  for (int y = 0; y < 16; ++y) {
-    JSAMPROW row = pixels.data();
-    jpeg_write_scanlines(&jpeg, &row, 1);
-  }
-  jpeg_finish_compress(&jpeg);
-  std::vector<std::uint8_t> data(buffer, buffer + size);
-  jpeg_destroy_compress(&jpeg);
-  std::free(buffer);
-  return data;
+  ImageFrame frame;
+  frame.width = 64;
+  frame.height = 16;
+  for (int i = 0; i < 64 * 16; ++i) frame.pixels.push_back(static_cast<std::uint8_t>(4 * (i % 64)));
+  const std::string data = testing::jpeg_of(frame, 1);
+  return {data.begin(), data.end()};
 }
 
 // Cameras with MJPEG pad before markers; nothing is lost by it.
