@@ -7,12 +7,12 @@ usage() {
 Installs, checks the format of the sources and their words, builds and runs the tests in the
 release preset.
   ./check.sh           what one runs before a commit
-  ./check.sh --ci      and under the address and undefined-behaviour sanitizers the tests of what
-                       reads what others wrote
+  ./check.sh --ci      and builds the benchmarks, and under the address and undefined-behaviour
+                       sanitizers the tests of what reads what others wrote
 Before a release, each of which takes another half hour or more:
   ./check.sh --tidy    clang-tidy alone, on what flies
   ./check.sh --long    with the tests that take minutes each
-  ./check.sh --asan    and all tests under the sanitizers; builds the benchmarks
+  ./check.sh --asan    and builds the benchmarks, and all tests under the sanitizers
 TEXT
 }
 
@@ -77,7 +77,7 @@ check() {
   cmake --build --preset "$1" -j2 --target "$2"
   ctest --preset "$1" -j2 "${@:3}"
 }
-check release "$([ "$sanitize" = all ] && echo all || echo tests)"
+check release "$([ -n "$sanitize" ] && echo all || echo tests)"
 case "$sanitize" in
   sanitized) check asan sanitized_tests -L sanitized ;;
   all) check asan all ;;

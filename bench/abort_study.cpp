@@ -93,7 +93,7 @@ std::optional<double> sample(const Settings& settings, int index, double after_s
   if (settings.calls_program) {
     static_cast<void>(start("abort", {"abort"})->wait(60.0));
   } else if (auto bus = link::Bus::open(url)) {
-    static_cast<void>(dive::mission::ask(dive::OperatorCommand::kAbort, *bus, clock,
+    static_cast<void>(dive::mission::ask(dive::OperatorCommand::kAbort, *bus, url, clock,
                                          dive::to_seconds(kPatience)));
   }
   listener.join();

@@ -100,6 +100,7 @@ estimation::VisualInertialOptions filter_options(const Study& study,
     options.cameras.push_back(model);
   }
   options.depth_sigma_m = vehicle::Conditions{}.depth_noise_m;
+  options.depth_bias_sigma_m = vehicle::Conditions{}.depth_bias_sigma_m;
   options.pixel_sigma = study.pixel_sigma;
   return options;
 }

@@ -295,6 +295,7 @@ tl::expected<DatasetRun, std::string> run_on(const Recording& recording, const R
   vision.filter = filter_options(recording, options.mono ? 1 : 2);
   // The limit of divergence is for our vehicle; drones and hands are faster.
   vision.filter.max_speed = kMaxRecordedSpeed;
+  if (recording.depth.empty() || !options.use_depth) vision.filter.depth_bias_sigma_m = 0.0;
   vision.period_s = feed.period_s();
   if (std::string problem = vision.validate(); !problem.empty()) return Failure(problem);
   VisualRun visual(recording, options, vision, *start);

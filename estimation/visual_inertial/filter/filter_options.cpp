@@ -27,6 +27,7 @@ std::string VisualInertialOptions::validate() const {
   check("imu_scale_sigma", imu_scale_sigma, 0.0, 0.1);
   check("pixel_sigma", pixel_sigma, 0.05, 20.0);
   check("depth_sigma_m", depth_sigma_m, 1e-3, 10.0);
+  check("depth_bias_sigma_m", depth_bias_sigma_m, 0.0, 10.0);
   check("max_clones", max_clones, 4, 30);
   check("max_landmarks", max_landmarks, 0, 60);
   check("max_features", max_features, 10, 2000);

@@ -26,8 +26,9 @@ struct VisualInertialOptions {
   double accel_bias_sigma = 0.2;  ///< Turn-on bias of the accelerometer, m/s^2.
   /// Error of the IMU's scales and axes, per element of ImuIntrinsics; 0: exact, and not estimated.
   double imu_scale_sigma = 0.005;
-  double pixel_sigma = 0.5;                                  ///< Noise of a feature, per axis.
-  double depth_sigma_m = 0.02;                               ///< Noise of a depth sample.
+  double pixel_sigma = 0.5;          ///< Noise of a feature, per axis.
+  double depth_sigma_m = 0.02;       ///< Noise of a depth sample.
+  double depth_bias_sigma_m = 0.03;  ///< Constant error of depth: tide, air pressure, density.
   Eigen::Vector3d depth_sensor_B = Eigen::Vector3d::Zero();  ///< Position of the depth sensor, m.
 
   int max_clones = 11;                 ///< Number of poses in the window.

@@ -79,7 +79,9 @@ std::optional<InitialState> begin(const KnownStart& start, const VisualInertialO
   state.motion.v_WB = state.motion.q_WB * start.v_WB_B;
   state.gyro_bias = start.bias.gyro;
   state.accel_bias = start.bias.accel;
-  const Sigmas sigmas{Vector3d::Constant(start.position_sigma_m),
+  // The height in the state is that by the depth sensor.
+  const double height_sigma = std::hypot(start.position_sigma_m, options.depth_bias_sigma_m);
+  const Sigmas sigmas{{start.position_sigma_m, start.position_sigma_m, height_sigma},
                       deg_to_rad(start.tilt_sigma_deg),
                       deg_to_rad(start.yaw_sigma_deg),
                       start.speed_sigma,

@@ -271,6 +271,8 @@ void VisualInertialFilter::publish(Utime now) {
   estimate_.omega_WB_B = imu_.at(now).gyro_B - latest.state.gyro_bias;
   const Matrix15d P = 0.5 * (latest.covariance + latest.covariance.transpose());
   estimate_.covariance.topLeftCorner<3, 3>() = P.block<3, 3>(kPosition, kPosition);
+  // The state's height is that by the depth sensor, whose constant error nothing observes.
+  estimate_.covariance(2, 2) += std::pow(options_.depth_bias_sigma_m, 2);
   estimate_.covariance.topRightCorner<3, 3>() = P.block<3, 3>(kPosition, kAttitude);
   estimate_.covariance.bottomLeftCorner<3, 3>() = P.block<3, 3>(kAttitude, kPosition);
   estimate_.covariance.bottomRightCorner<3, 3>() = P.block<3, 3>(kAttitude, kAttitude);

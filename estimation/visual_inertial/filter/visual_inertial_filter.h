@@ -43,7 +43,8 @@ class VisualInertialFilter {
   [[nodiscard]] const StateEstimate& update(Utime now);
 
   [[nodiscard]] const FilterHealth& health() const { return watch_.health; }
-  /// Landmarks that updated the state in the last processed frame.
+  /// Landmarks that updated the state in the last processed frame. As in state(), their covariances
+  /// do not contain the depth sensor's constant error.
   [[nodiscard]] std::span<const Landmark> landmarks() const {
     return watch_.health.visual.landmarks;
   }

@@ -26,7 +26,12 @@ constexpr int kMaxPromotions = 3;          // new landmarks in one frame
 // well, when the speed is known.
 constexpr double kLandmarkSpeedSigma = 0.01;  // m/s, the largest of an axis
 constexpr double kLandmarkDepthShare = 0.03;  // sigma of its depth over the depth
-constexpr double kLongestGap_s = 1.0;         // between frames across which features are followed
+// With a more uncertain speed the rows of a track are nonlinear within the prior's spread, and an
+// update counts its prediction's variance this many times more as noise (underweighting: Zanetti,
+// DeMars, Bishop, J. Guidance 2010).
+constexpr double kUncertainSpeedSigma = 0.02;  // m/s, the largest of an axis
+constexpr double kUnderweight = 1.0;
+constexpr double kLongestGap_s = 1.0;  // between frames across which features are followed
 
 std::size_t count_views(const FeatureTrack& track) {
   std::size_t count = 0;
@@ -270,7 +275,11 @@ void VisualUpdate::correct_tracks(FilterState& state, const std::vector<Candidat
     freedom_ += static_cast<double>(free);
   }
   compress(H, r);
-  if (rows > 0 && state.correct(columns, H, r, VectorXd::Constant(r.size(), sigma_ * sigma_))) {
+  VectorXd variances = VectorXd::Constant(r.size(), sigma_ * sigma_);
+  if (rows > 0 && speed_variance > kUncertainSpeedSigma * kUncertainSpeedSigma) {
+    variances += kUnderweight * state.innovation(columns, H).diagonal();
+  }
+  if (rows > 0 && state.correct(columns, H, r, variances)) {
     report.used += static_cast<int>(passed.size());
     for (const Gated& one : passed) report.landmarks.push_back(one.landmark);
   }

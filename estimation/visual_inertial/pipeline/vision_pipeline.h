@@ -78,8 +78,8 @@ class VisionPipeline {
 
   /// Landmarks of the last image, in the filter's frame, which may differ from the published one.
   [[nodiscard]] std::span<const Landmark> landmarks() const { return filter_.landmarks(); }
-  /// Pose of the last image by the filter's window, without velocity. Empty if there was no usable
-  /// image, or the filter is not trusted.
+  /// Pose of the last image by the filter's window, without velocity; its height is that by the
+  /// depth sensor. Empty if there was no usable image, or the filter is not trusted.
   [[nodiscard]] std::optional<StateEstimate> at_image() const;
   /// Camera poses as calibrated by the filter, left first.
   [[nodiscard]] std::span<const Pose> cameras_B() const { return filter_.state().cameras_B; }

@@ -86,6 +86,7 @@ AnalyticDive::AnalyticDive(AnalyticDiveOptions options, std::uint64_t seed)
   time_offset_s_ = options_.time_offset_sigma_s * random_.normal();
   gyro_bias_ = normal3(options_.gyro_bias_sigma);
   accel_bias_ = normal3(options_.accel_bias_sigma);
+  depth_bias_m_ = options_.depth_bias_sigma_m * Random(seed, 80).normal();
   Random of_scale(seed, 78);
   const auto normal33 = [&of_scale](double sigma) {
     return Eigen::Matrix3d(Eigen::Matrix3d::NullaryExpr([&] { return sigma * of_scale.normal(); }));
@@ -154,7 +155,8 @@ ImuSample AnalyticDive::imu(Utime utime) {
 }
 
 DepthSample AnalyticDive::depth(Utime utime) {
-  return {utime, -truth(to_seconds(utime)).X_WB.p.z() + options_.depth_sigma_m * random_.normal()};
+  const double depth_m = -truth(to_seconds(utime)).X_WB.p.z() + depth_bias_m_;
+  return {utime, depth_m + options_.depth_sigma_m * random_.normal()};
 }
 
 estimation::FeatureFrame AnalyticDive::frame(Utime utime) {

@@ -24,6 +24,7 @@ struct AnalyticDiveOptions {
   double depth_hz = 10.0;
   double pixel_sigma = 0.7;
   double depth_sigma_m = 0.02;
+  double depth_bias_sigma_m = 0.03;   ///< Constant error of depth; drawn once.
   double gyro_noise = 1.7e-4;         ///< rad/s/sqrt(Hz), an ADIS16448 as EuRoC states it
   double accel_noise = 2.0e-3;        ///< m/s^2/sqrt(Hz)
   double gyro_walk = 2.0e-5;          ///< rad/s^2/sqrt(Hz)
@@ -86,6 +87,7 @@ class AnalyticDive {
   std::vector<CameraModel> nominal_cameras_;
   std::vector<CameraModel> true_;
   double time_offset_s_;
+  double depth_bias_m_ = 0.0;
   Eigen::Vector3d gyro_bias_;
   Eigen::Vector3d accel_bias_;
   Eigen::Matrix3d gyro_scale_;   ///< Scale and misalignment.

@@ -44,6 +44,7 @@ estimation::VisualInertialOptions filter_options(const AnalyticDive& dive,
   result.imu_scale_sigma = options.imu_scale_sigma;
   result.pixel_sigma = options.pixel_sigma;
   result.depth_sigma_m = options.depth_sigma_m;
+  result.depth_bias_sigma_m = options.depth_bias_sigma_m;
   result.focal_sigma = options.focal_sigma;
   if (options.focal_sigma > 0.0) result.centre_sigma_px = options.centre_sigma_px;
   result.refractive_index_sigma = options.refractive_index_sigma;

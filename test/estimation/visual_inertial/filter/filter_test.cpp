@@ -452,6 +452,17 @@ TEST(Darkness, LeavesTheCovarianceConsistent) {
   expect_consistent(mean);
 }
 
+// With one camera the speed is poorly known after it: corrected in full by rows that are not linear
+// that far, the NEES of the position was 25.
+TEST(Darkness, LeavesTheCovarianceConsistentWithOneCamera) {
+  DIVE_SKIP_UNDER_SANITIZERS("a law of many dives, each of whose steps other tests take");
+  AnalyticDiveOptions options;
+  options.speed = 0.25;
+  options.is_stereo = false;
+  const Consistency mean = ends(options, 12, 45.0, {20.0, 30.0});
+  expect_consistent(mean);
+}
+
 TEST(Darkness, IsBoundedByAnExpectedSpeed) {
   AnalyticDiveOptions options;
   options.speed = 0.25;
@@ -500,7 +511,9 @@ TEST(ShortTracks, OfTwoCamerasAreUsedWhereThereAreNoOthers) {
 }
 
 TEST(Landmarks, LieWithinTheirCovariance) {
-  Dived d;
+  AnalyticDiveOptions options;
+  options.depth_bias_sigma_m = 0.0;  // their heights are those by the depth sensor
+  Dived d(options);
   double nees = 0.0;
   int count = 0;
   Hooks hooks;
@@ -546,8 +559,9 @@ TEST(Filter, PublishesInTheConventionsOfAllEstimators) {
   EXPECT_LT((estimate.omega_WB_B - truth.omega_WB_B).norm(), 0.03);
   EXPECT_EQ(estimate.covariance, Matrix6d(estimate.covariance.transpose()));
   const Matrix15d P = d.filter.state().covariance().topLeftCorner<15, 15>();
-  const double z = estimate.covariance(2, 2);
-  EXPECT_NEAR(z / P(imu_error::kPosition + 2, imu_error::kPosition + 2), 1.0, 0.2);
+  const double y = estimate.covariance(1, 1);
+  EXPECT_NEAR(y / P(imu_error::kPosition + 1, imu_error::kPosition + 1), 1.0, 0.2);
+  EXPECT_GT(estimate.covariance(2, 2), 0.03 * 0.03) << "the depth sensor's constant error";
 }
 
 TEST(Filter, DemandsOptionsAndStartsThatHold) {
