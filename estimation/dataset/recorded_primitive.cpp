@@ -8,12 +8,27 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr double kGravityRate = 0.05;  // 1/s, gain towards gravity of the integrated attitude
-constexpr double kLongStep = 0.1;      // s between two IMU samples
+// Gain towards gravity of the integrated attitude, 1/s: 4 / t within these, and of the bias 6 /
+// t^2, which fit an attitude and a constant bias to all samples since the start by least squares.
+constexpr double kLeastGain = 0.05;
+constexpr double kMostGain = 2.0;
+constexpr double kLongStep = 0.1;  // s between two IMU samples
+// Of the attitude, while the vehicle accelerates by a few percent of gravity.
+constexpr double kAttitudeSigma_deg = 2.0;
 
 std::optional<Quaterniond> attitude_of(const std::optional<TrueState>& truth) {
   if (!truth || !truth->has_attitude) return std::nullopt;
   return truth->X_WB.q;
+}
+
+Vector3d gyro_bias_of(const std::optional<TrueState>& truth) {
+  return truth && truth->bias ? truth->bias->gyro : Vector3d::Zero();
+}
+
+PrimitiveOptions options_without_ahrs() {
+  PrimitiveOptions options;
+  options.attitude_sigma_deg = kAttitudeSigma_deg;
+  return options;
 }
 
 }  // namespace
@@ -25,15 +40,20 @@ void PredictedAttitude::add_to(ImuSample& sample) {
     const double dt = std::min(to_seconds(sample.utime - *last_), kLongStep);
     const Vector3d expected = q_WB_->conjugate() * Vector3d::UnitZ();
     const Vector3d pull = up_B.normalized().cross(expected);
-    q_WB_ = (*q_WB_ * so3_exp(dt * (sample.gyro_B + kGravityRate * pull))).normalized();
+    const double age = std::max(to_seconds(sample.utime - *first_), dt);
+    const double gain = std::clamp(4.0 / age, kLeastGain, kMostGain);
+    bias_B_ -= 6.0 / 16.0 * gain * gain * dt * pull;
+    q_WB_ = (*q_WB_ * so3_exp(dt * (sample.gyro_B - bias_B_ + gain * pull))).normalized();
+  } else {
+    first_ = sample.utime;
   }
   last_ = sample.utime;
   sample.q_WB = *q_WB_;
 }
 
 RecordedPrimitive::RecordedPrimitive(const std::optional<TrueState>& truth, double speed)
-    : attitude_(attitude_of(truth)),
-      estimator_(PrimitiveOptions{}, start_position(truth).p_W, start_position(truth).sigma_m) {
+    : attitude_(attitude_of(truth), gyro_bias_of(truth)),
+      estimator_(options_without_ahrs(), start_position(truth).p_W, start_position(truth).sigma_m) {
   estimator_.set_commanded_speed(speed);
 }
 

@@ -9,17 +9,22 @@
 
 namespace dive::estimation {
 
-/// Attitude as from an AHRS: the gyro integrated, and slowly corrected towards gravity (Mahony et
-/// al. 2008, proportional part).
+/// Attitude as from an AHRS: the gyro integrated, and corrected towards gravity, which also gives
+/// the gyro's bias across the vertical (Mahony et al. 2008), faster at first. Its bias about the
+/// vertical stays as known at the start, and turns the heading.
 class PredictedAttitude {
  public:
   /// `start`: at the first sample; without one it is level with that sample's specific force.
-  explicit PredictedAttitude(const std::optional<Eigen::Quaterniond>& start) : q_WB_(start) {}
+  PredictedAttitude(const std::optional<Eigen::Quaterniond>& start,
+                    const Eigen::Vector3d& gyro_bias_B)
+      : q_WB_(start), bias_B_(gyro_bias_B) {}
 
   void add_to(ImuSample& sample);
 
  private:
   std::optional<Eigen::Quaterniond> q_WB_;
+  Eigen::Vector3d bias_B_;  ///< rad/s
+  std::optional<Utime> first_;
   std::optional<Utime> last_;
 };
 

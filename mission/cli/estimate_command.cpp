@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <ctime>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -33,6 +34,16 @@
 
 namespace dive::mission {
 namespace {
+
+// Processor time of this process: other processes do not lengthen it.
+class ProcessorClock final : public Clock {
+ public:
+  [[nodiscard]] Utime now() override {
+    timespec time{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+    return static_cast<Utime>(time.tv_sec) * 1'000'000 + time.tv_nsec / 1'000;
+  }
+};
 
 using Json = nlohmann::ordered_json;
 using estimation::DatasetRun;
@@ -127,8 +138,8 @@ void print_report(const EstimateArguments& arguments, const DatasetRun& run,
     print(fmt::format("  began    {:.2f} s after the first image", run.began_s));
   }
   if (!accuracy.yaw_aligned) print("  nothing to compare: no truth, or no estimate beside it");
-  print(fmt::format("  time     {:.2f} ms per image, 99 % within {:.2f} ms", timing.mean_ms,
-                    timing.p99_ms));
+  print(fmt::format("  time     {:.2f} ms of processor per image, 99 % within {:.2f} ms",
+                    timing.mean_ms, timing.p99_ms));
 }
 
 void print_loops(const DatasetRun& run, const Accuracy& accuracy,
@@ -138,8 +149,8 @@ void print_loops(const DatasetRun& run, const Accuracy& accuracy,
                     run.closures.size(), run.keyframes));
   print_accuracy(accuracy);
   if (worst) print(fmt::format("  loops    at most {:.3f} m off the truth", *worst));
-  print(fmt::format("  time     {:.2f} ms per keyframe, 99 % within {:.2f} ms", timing.mean_ms,
-                    timing.p99_ms));
+  print(fmt::format("  time     {:.2f} ms of processor per keyframe, 99 % within {:.2f} ms",
+                    timing.mean_ms, timing.p99_ms));
 }
 
 std::optional<estimation::RunOptions> options_of(const EstimateArguments& arguments) {
@@ -310,7 +321,8 @@ int run_estimate(const EstimateArguments& arguments) {
   if (!file) return file.error();
   SteadyClock clock;
   WorkProgress progress(clock, "estimating", arguments.json);
-  const auto run = estimation::run_on(inputs->recording, *options, clock,
+  ProcessorClock processor;
+  const auto run = estimation::run_on(inputs->recording, *options, processor,
                                       [&](double share) { progress.show(share); });
   progress.clear();
   if (!run) {
