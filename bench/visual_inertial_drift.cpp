@@ -1,6 +1,5 @@
 // The visual-inertial filter on dives in closed form around an oval of 115 m: drift, consistency,
-// depth, time per frame; darkness; marine snow; and the growth law of its
-// covariance.
+// depth, time per frame; darkness; marine snow; and the growth law of its covariance.
 
 #include <algorithm>
 #include <cmath>
@@ -169,9 +168,8 @@ void report(const Study& study, const Figures& all) {
   }
   if (!all.dark_cost.empty()) {
     fmt::print(
-        "{:.0f} s in the dark: {:.3f} m on average, worst {:.3f} m; reported in {} of {}; NEES of "
-        "3 "
-        "as it ends: position {:.2f}, attitude {:.2f}\n",
+        "{:.0f} s in the dark: {:.3f} m on average, worst {:.3f} m; reported in {} of {}; "
+        "NEES of 3 as it ends: position {:.2f}, attitude {:.2f}\n",
         study.dark_s, mean(all.dark_cost), quantile(all.dark_cost, 1.0), all.flagged, study.runs,
         mean(all.dark_nees_position), mean(all.dark_nees_attitude));
   }
@@ -219,8 +217,8 @@ int main(int argc, char** argv) {
   app.add_option("--speed", study.dive.speed, "m/s");
   app.add_option("--imu-hz", study.dive.imu_hz, "Of the IMU");
   app.add_option("--snow", study.dive.snow_share, "Share of the features that move");
-  app.add_option("--dark", study.dark_at, "No images, from so many seconds after the start");
-  app.add_option("--dark-seconds", study.dark_s, "For so long");
+  app.add_option("--dark", study.dark_at, "Darkness, from so many seconds after the start");
+  app.add_option("--dark-seconds", study.dark_s, "Length of the darkness");
   app.add_option("--landmarks", study.landmarks, "Most in the state");
   app.add_option("--clones", study.clones, "In the window");
   app.add_option("--update-features", study.update_features, "Most in one update");
